@@ -1,0 +1,34 @@
+# Two commands: `make demo` and `make test`. Both set up .venv first; a second run does not reinstall.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: demo test lint types suite studies clean
+
+demo: $(STAMP)
+	$(BIN)/physident demo
+
+test: lint types suite
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP)
+	$(BIN)/basedpyright
+
+suite: $(STAMP)
+	$(BIN)/pytest -n 2
+
+studies: $(STAMP)
+	for study in $$(grep -l '^# fast' studies/*/run.py); do echo "== $$study"; $(BIN)/python $$study || exit 1; done
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "physident needs Python 3.11 or newer: make PYTHON=python3.11 demo")'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	touch $(STAMP)
+
+clean:
+	rm -rf $(VENV) demo .pytest_cache .ruff_cache .coverage build *.egg-info

@@ -1,0 +1,110 @@
+"""Which column of a table is what: declared by the canonical header, or by the user."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+
+Array = NDArray[np.float64]
+CHANNELS = ("q", "dq", "tau", "current", "temperature")
+EXAMPLE = "time=0,q=1:7,dq=7:13,current=13:19"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Zero-based column numbers of a table: ``time``, and one for each joint of ``q``, ``dq``, effort, temperature."""
+
+    time: int
+    q: tuple[int, ...]
+    effort: tuple[int, ...]
+    effort_kind: str
+    dq: tuple[int, ...] | None = None
+    temperature: tuple[int, ...] | None = None
+
+    @staticmethod
+    def parse(text: str) -> Columns:
+        """Columns from a text such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges)."""
+        found: dict[str, tuple[int, ...]] = {}
+        for part in text.split(","):
+            match = re.fullmatch(r"\s*(\w+)\s*=\s*(\d{1,6})(?::(\d{1,6}))?\s*", part)
+            if not match or match[1] not in ("time", *CHANNELS):
+                raise InputError(f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})")
+            if match[1] in found:
+                raise InputError(f"columns: {match[1]!r} is given twice; expected each channel once, as in {EXAMPLE!r}")
+            start = int(match[2])
+            found[match[1]] = tuple(range(start, int(match[3]) if match[3] else start + 1))
+        return Columns._from(found, "columns")
+
+    @staticmethod
+    def from_header(names: Sequence[str] | None, source: str) -> Columns:
+        """Columns from a canonical header ``time,q_1..q_n,dq_1..,tau_1..`` or ``current_1..``, ``temperature_1..``."""
+        if names is None:
+            raise InputError(f"{source}: has no header; declare its layout, for example --columns {EXAMPLE}")
+        found: dict[str, dict[int, int]] = {}
+        seen: set[str] = set()
+        for index, name in enumerate(names):
+            if name in seen and (name == "time" or re.fullmatch(rf"({'|'.join(CHANNELS)})_\d+", name)):
+                raise InputError(f"{source}: column {name!r} appears twice, expected each once")
+            seen.add(name)
+            if name == "time":
+                found["time"] = {1: index}
+            elif match := re.fullmatch(rf"({'|'.join(CHANNELS)})_(\d{{1,4}})", name):
+                found.setdefault(match[1], {})[int(match[2])] = index
+        for channel, joints in found.items():
+            if sorted(joints) != list(range(1, len(joints) + 1)):
+                numbers = ", ".join(map(str, sorted(joints)))
+                raise InputError(f"{source}: {channel} is given for joints {numbers}; expected exactly 1 to n")
+        return Columns._from({k: tuple(v[j] for j in sorted(v)) for k, v in found.items()}, source)
+
+    @staticmethod
+    def _from(found: dict[str, tuple[int, ...]], source: str) -> Columns:
+        if len(found.get("time", ())) != 1:
+            raise InputError(f"{source}: no time column; expected one named 'time' [s], or time=K in --columns")
+        if not found.get("q"):
+            raise InputError(f"{source}: no joint positions; expected columns q_1..q_n [rad], or q=A:B in --columns")
+        efforts = [name for name in ("tau", "current") if found.get(name)]
+        if len(efforts) != 1:
+            came = "both tau and current" if efforts else "neither tau nor current"
+            raise InputError(f"{source}: {came}; expected one: tau_1..tau_n [N m] or current_1..current_n [A]")
+        n = len(found["q"])
+        for name in (*efforts, "dq", "temperature"):
+            if name in found and len(found[name]) != n:
+                raise InputError(f"{source}: {len(found[name])} columns of {name} and {n} of q; expected as many")
+        kind = "torque" if efforts[0] == "tau" else "current"
+        return Columns(
+            found["time"][0], found["q"], found[efforts[0]], kind, found.get("dq") or None, found.get("temperature") or None
+        )
+
+    def as_text(self) -> str:
+        """The text that ``parse`` reads back; ranges where the numbers are consecutive."""
+        parts = [f"time={self.time}"]
+        effort = "tau" if self.effort_kind == "torque" else "current"
+        for name, numbers in (("q", self.q), ("dq", self.dq), (effort, self.effort), ("temperature", self.temperature)):
+            if numbers:
+                parts.append(f"{name}={numbers[0]}:{numbers[-1] + 1}")
+        return ",".join(parts)
+
+    def check_width(self, width: int, source: str) -> None:
+        """Raises InputError where a column lies beyond the ``width`` of the table."""
+        last = max(self.time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ()))
+        if last >= width:
+            raise InputError(f"{source}: has {width} columns, but column {last} (counted from 0) is asked for; mend --columns")
+
+    def split(self, values: Array) -> tuple[Array, Array, Array | None, Array, Array | None]:
+        """The channels time (N,), q, dq, effort, temperature (N, n) of a table (N, C)."""
+
+        def take(numbers: tuple[int, ...] | None) -> Array | None:
+            return None if numbers is None else values[:, numbers]
+
+        return values[:, self.time], values[:, self.q], take(self.dq), values[:, self.effort], take(self.temperature)
+
+    def unused(self, names: Sequence[str] | None) -> tuple[str, ...]:
+        """Names of the columns that are in the table's header but in no channel."""
+        used = {self.time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ())}
+        return tuple(name for index, name in enumerate(names or ()) if index not in used)

@@ -1,0 +1,46 @@
+"""The effects by their public names: what can be asked for in ``identify``, stored in a model, named in a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from physident.effects.drive import RotorInertia, TorqueOffset
+from physident.effects.effect import Effect
+from physident.effects.friction import CoulombFriction, ViscousFriction
+from physident.effects.rigid_body import RigidBody
+from physident.errors import InputError
+
+CATALOGUE: dict[str, type[Effect]] = {
+    effect.name: effect for effect in (RigidBody, RotorInertia, ViscousFriction, CoulombFriction, TorqueOffset)
+}
+DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
+
+
+def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
+    """Effects from names or ready-made objects; raises InputError for an unknown or repeated one, or for none."""
+    made = tuple(effect if isinstance(effect, Effect) else _by_name(effect)() for effect in effects)
+    if not made:
+        raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
+    seen: set[tuple[str, int | None]] = set()
+    for effect in made:
+        for joint in effect.joints or (None,):
+            if (effect.name, joint) in seen:
+                raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
+            seen.add((effect.name, joint))
+    return made
+
+
+def effect_from_dict(data: dict[str, Any]) -> Effect:
+    """The effect that ``Effect.as_dict`` described."""
+    settings = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "effect"}
+    try:
+        return _by_name(data["effect"])(**settings)
+    except (KeyError, TypeError) as error:
+        raise InputError(f"effect {data!r} is not understood ({error}); was the model written by a newer version?") from None
+
+
+def _by_name(name: str) -> type[Effect]:
+    if name not in CATALOGUE:
+        raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
+    return CATALOGUE[name]

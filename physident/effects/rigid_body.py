@@ -1,0 +1,51 @@
+"""Rigid-body dynamics: inertia, Coriolis, centrifugal and gravity torques of every link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.effect import Array, Column, Cone, Effect
+from physident.errors import InputError
+from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, pseudo_inertia
+from physident.rigid_body_regressor import torque_entries, torque_pattern
+from physident.robot import Robot
+from physident.signals import Signals
+
+
+@dataclass(frozen=True)
+class RigidBody(Effect):
+    """tau = Y(q, v, a) theta with ten parameters for each link (thesis eq. 3.41).
+
+    Acts on all joints. Cones: each link's pseudo-inertia is positive semidefinite.
+    """
+
+    name: ClassVar[str] = "rigid_body"
+    unit: ClassVar[str] = "kg, kg m, kg m^2"
+
+    def __post_init__(self) -> None:
+        if self.joints is not None:
+            raise InputError("rigid_body acts on every joint; expected no joints setting")
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        units = dict(zip(PARAMETER_NAMES, PARAMETER_UNITS, strict=True))
+        return tuple(Column(f"{p}_{i}", units[p], i, self.name) for i in range(1, robot.n + 1) for p in PARAMETER_NAMES)
+
+    def pattern(self, robot: Robot) -> NDArray[np.intp]:
+        return torque_pattern(robot)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return torque_entries(robot, signals.q, signals.v, signals.a)
+
+    def nominal(self, robot: Robot) -> Array:
+        return robot.nominal.copy()
+
+    def cones(self, robot: Robot) -> tuple[Cone, ...]:
+        one_link = np.stack([pseudo_inertia(unit) for unit in np.eye(10)], axis=-1)
+        maps = [np.zeros((4, 4, 10 * robot.n)) for _ in range(robot.n)]
+        for i, link in enumerate(maps):
+            link[:, :, 10 * i : 10 * i + 10] = one_link
+        return tuple(Cone("psd", link, np.zeros((4, 4))) for link in maps)

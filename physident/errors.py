@@ -1,0 +1,21 @@
+"""What can go wrong, as one line that says what came, what was expected and what to do."""
+
+
+class PhysidentError(Exception):
+    """Base of every error this package raises on purpose."""
+
+    exit_code = 2
+
+
+class InputError(PhysidentError):
+    """A robot, recording, model or option that cannot be used as given (exit code 2)."""
+
+
+class NotSolvedError(PhysidentError):
+    """An estimation or design problem that ended without a certified solution (exit code 3)."""
+
+    exit_code = 3
+
+
+class PhysidentWarning(UserWarning):
+    """Something the user should know about their data or robot; the result stands."""

@@ -1,0 +1,116 @@
+"""Comma-separated text, plain or gzip: read in blocks, bounded in memory, broken rows named instead of fatal."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.errors import InputError
+from physident.formats.table import MAX_CELLS, MAX_COLUMNS, Table
+from physident.recording import BadRow
+
+BLOCK = 4 << 20  # bytes
+
+
+def read_csv(path: Path) -> Table:
+    """The table of a CSV file; a first row that is not all numbers is its header.
+
+    Rows with a wrong number of fields are left out and named, cells that are no number become NaN. Raises InputError for
+    a file that is empty, not text, no gzip, without commas, or too large.
+    """
+    first = _first_line(path)
+    fields = [field.strip().strip('"') for field in first.split(",")]
+    if len(fields) < 2:
+        raise InputError(f"{path}: its first line has no comma; expected comma-separated columns")
+    if len(fields) > MAX_COLUMNS:
+        raise InputError(f"{path}: {len(fields)} columns, expected at most {MAX_COLUMNS}")
+    header = not all(_is_number(field) for field in fields)
+    rejected: list[BadRow] = []
+    try:
+        values = _read(path, len(fields), header, rejected, as_text=False)
+    except _NotNumeric:
+        rejected.clear()
+        values = _read(path, len(fields), header, rejected, as_text=True)
+    if not len(values):
+        raise InputError(f"{path}: has no rows of {len(fields)} numbers under its first line; expected a recording")
+    bad = {row.row for row in rejected}
+    rows = np.array([r for r in range(1 + header, 1 + header + len(values) + len(bad)) if r not in bad], dtype=np.intp)
+    return Table(values, rows, tuple(fields) if header else None, tuple(rejected))
+
+
+class _NotNumeric(Exception):
+    """Some cell is no number: the file must be read again as text, cell by cell."""
+
+
+def _read(path: Path, width: int, header: bool, rejected: list[BadRow], as_text: bool) -> np.ndarray:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    def invalid(row: Any) -> str:
+        rejected.append(BadRow(int(row.number), f"{row.actual_columns} fields, expected {row.expected_columns}"))
+        return "skip"
+
+    names = [str(i) for i in range(width)]
+    kind = pa.string() if as_text else pa.float64()
+    convert = csv.ConvertOptions(
+        column_types=dict.fromkeys(names, kind), null_values=["", "nan", "NaN", "null", "NA"], strings_can_be_null=True
+    )
+    # line numbers are only counted by the single-threaded reader
+    read = csv.ReadOptions(use_threads=False, block_size=BLOCK, column_names=names, skip_rows=int(header))
+    parse = csv.ParseOptions(invalid_row_handler=invalid)
+    blocks: list[np.ndarray] = []
+    cells = 0
+    try:
+        with pa.input_stream(str(path), compression="gzip" if _is_gzip(path) else None) as stream:
+            for batch in csv.open_csv(stream, read_options=read, parse_options=parse, convert_options=convert):
+                cells += batch.num_rows * width
+                if cells > MAX_CELLS:
+                    raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+                columns = [_numbers(column.to_pylist()) if as_text else column.to_numpy(zero_copy_only=False) for column in batch.columns]
+                blocks.append(np.column_stack(columns))
+    except pa.ArrowInvalid as error:
+        if "conversion error" in str(error) and not as_text:
+            raise _NotNumeric from None
+        raise InputError(f"{path}: not readable as CSV ({str(error).splitlines()[0][:120]}); expected rows of numbers") from None
+    except (OSError, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read ({str(error).splitlines()[0][:120]}); expected a CSV, plain or gzip") from None
+    return np.concatenate(blocks) if blocks else np.empty((0, width))
+
+
+def _numbers(cells: list[str | None]) -> np.ndarray:
+    return np.array([float(cell) if cell is not None and _is_number(cell) else np.nan for cell in cells])
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_gzip(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(2) == b"\x1f\x8b"
+
+
+def _first_line(path: Path) -> str:
+    """The first line, read without trusting the file to have a short one."""
+    try:
+        with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
+            head = stream.read(BLOCK)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read ({error}); expected a CSV, plain or gzip") from None
+    line, newline, _ = head.partition(b"\n")
+    if not head or b"\0" in head:
+        raise InputError(f"{path}: {'empty' if not head else 'not a text file'}, expected comma-separated numbers")
+    if not newline and len(head) == BLOCK:
+        raise InputError(f"{path}: its first line is longer than {BLOCK} characters, expected one row for each sample")
+    try:
+        return line.decode("utf-8-sig").strip()
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not UTF-8 text, expected comma-separated numbers") from None

@@ -1,0 +1,66 @@
+"""Rigid-body inertia: the ten parameters of a link, its pseudo-inertia matrix, and what makes it physical."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+PARAMETER_NAMES = ("m", "mcx", "mcy", "mcz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+PARAMETER_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m^2",) * 6
+Array = NDArray[np.float64]
+
+
+def pseudo_inertia(phi: Array) -> Array:
+    """Pseudo-inertia matrix (4, 4) [kg m^2, kg m, kg] of ten link parameters, linear in them.
+
+    ``phi`` (10,) is Pinocchio's order, inertia about the link frame's origin. Source: Wensing, Kim, Slotine,
+    "Linear matrix inequalities for physically consistent inertial parameter identification" (2018), eq. 12.
+    """
+    m, hx, hy, hz, ixx, ixy, iyy, ixz, iyz, izz = phi
+    sxx, syy, szz = (iyy + izz - ixx) / 2, (ixx + izz - iyy) / 2, (ixx + iyy - izz) / 2
+    return np.array([[sxx, -ixy, -ixz, hx], [-ixy, syy, -iyz, hy], [-ixz, -iyz, szz, hz], [hx, hy, hz, m]])
+
+
+def link_parameters(P: Array) -> Array:
+    """Ten link parameters (10,) [kg, kg m, kg m^2] of a symmetric pseudo-inertia matrix (4, 4): the inverse map."""
+    sxx, syy, szz = P[0, 0], P[1, 1], P[2, 2]
+    return np.array(
+        [P[3, 3], P[0, 3], P[1, 3], P[2, 3], syy + szz, -P[0, 1], sxx + szz, -P[0, 2], -P[1, 2], sxx + syy]
+    )
+
+
+def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
+    """The conditions of a rigid body that ten link parameters (10,) break, in words; empty if it is physical.
+
+    A body is physical when its pseudo-inertia matrix is positive semidefinite, that is: mass not negative, inertia
+    about the centre of mass not negative along any axis, and no principal inertia above the sum of the other two.
+    """
+    if np.linalg.eigvalsh(pseudo_inertia(phi))[0] >= -tolerance * max(1e-3, float(np.abs(phi).max())):
+        return []
+    m, c = phi[0], phi[1:4]
+    if m <= 0:
+        return [f"mass {m:.4g} kg is not positive"]
+    inertia = inertia_tensor(phi) - (c @ c * np.eye(3) - np.outer(c, c)) / m
+    principal = np.linalg.eigvalsh(inertia)
+    values = ", ".join(f"{x:.4g}" for x in principal)
+    broken = []
+    if principal[0] < 0:
+        broken.append(f"inertia about its centre of mass is negative along an axis (principal values {values} kg m^2)")
+    if principal[2] > principal[0] + principal[1]:
+        broken.append(f"triangle inequality: the largest of the principal inertias {values} kg m^2 exceeds the sum")
+    return broken
+
+
+def inertia_tensor(phi: Array) -> Array:
+    """Inertia tensor (3, 3) [kg m^2] about the link frame's origin, of ten link parameters (10,)."""
+    ixx, ixy, iyy, ixz, iyz, izz = phi[4:]
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+def nearest_physical(phi: Array, floor: float = 1e-6) -> Array:
+    """Ten link parameters (10,) whose pseudo-inertia is the nearest one with every eigenvalue at least ``floor``.
+
+    Nearest in the Frobenius norm: eigenvalues below the floor are raised to it.
+    """
+    values, vectors = np.linalg.eigh(pseudo_inertia(phi))
+    return link_parameters((vectors * np.maximum(values, floor)) @ vectors.T)

@@ -1,0 +1,185 @@
+"""Signals: a recording on a uniform clock with its derivatives, and the one filter that both sides will pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+from physident.recording import Recording, position_jumps
+
+Array = NDArray[np.float64]
+MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
+MOVING_MARGIN = 0.2  # s
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A linear-phase FIR low-pass and the decimation after it; torque and every regressor column pass the same one.
+
+    ``cutoff`` [Hz] is where the gain is one half; ``rate`` [Hz] is the uniform clock recordings are resampled to, None
+    for each recording's own (the median of its steps).
+    """
+
+    cutoff: float = 5.0
+    rate: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.cutoff) and self.cutoff > 0):
+            raise InputError(f"cutoff is {self.cutoff} Hz, expected a positive frequency; 5 Hz suits most arms")
+        if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
+            raise InputError(f"rate is {self.rate} Hz, expected a positive frequency")
+
+    def decimation(self, rate: float) -> int:
+        """Every how many samples one is kept: at least four samples for each period of the cutoff remain."""
+        return max(1, int(rate / (4 * self.cutoff)))
+
+    def taps(self, rate: float) -> Array:
+        """Coefficients (L,) of the filter at a sampling rate [Hz]: a Hamming-windowed sinc, unit gain at rest.
+
+        The transition is one cutoff wide. L - 1 is an even multiple of the decimation, so that the delay is whole rows.
+        """
+        from scipy.signal import firwin
+
+        if self.cutoff >= 0.4 * rate:
+            raise InputError(f"cutoff {self.cutoff:g} Hz is too high for data at {rate:g} Hz; expected below {0.4 * rate:.3g} Hz")
+        return firwin(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, fs=rate)
+
+    def delay(self, rate: float) -> int:
+        """Half the filter's length, in kept rows."""
+        return math.ceil(1.65 * rate / (self.cutoff * self.decimation(rate)))  # Hamming: 3.3 rate / transition taps
+
+    def apply(self, values: Array, rate: float) -> Array:
+        """Filtered and decimated (C, M) of contiguous samples (C, N): the rows whose whole window lies inside.
+
+        Row k stands for sample (k + delay) * decimation; M = 0 where N is shorter than the filter.
+        """
+        from scipy.signal import upfirdn
+
+        taps, D = self.taps(rate), self.decimation(rate)
+        count = self.kept(values.shape[-1], rate)
+        if count == 0:
+            return np.empty((len(values), 0))
+        first = (len(taps) - 1) // D
+        return upfirdn(taps, values, down=D, axis=-1)[:, first : first + count]
+
+    def kept(self, samples: int, rate: float) -> int:
+        """Number of rows that ``apply`` returns for a number of contiguous samples."""
+        length = 2 * self.delay(rate) * self.decimation(rate) + 1
+        return max(0, (samples - length) // self.decimation(rate) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Motion and torque of n joints at N instants, uniform in time within each contiguous segment.
+
+    ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] (N, n); ``torque`` (N, n) [N m|N] or None;
+    ``starts`` the first sample of each segment; ``temperature`` (N, n) [degC] or None.
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    a: Array
+    torque: Array | None = None
+    temperature: Array | None = None
+    starts: tuple[int, ...] = (0,)
+    rate: float = math.nan
+    source: str = "signals"
+
+    @staticmethod
+    def of_states(q: Array, v: Array, a: Array) -> Signals:
+        """Unrelated states q, v, a (N, n): for evaluating a model pointwise, not for filtering."""
+        arrays = [np.atleast_2d(np.asarray(x, dtype=float)) for x in (q, v, a)]
+        if len({x.shape for x in arrays}) != 1:
+            raise InputError(f"q, v, a have shapes {[x.shape for x in arrays]}, expected one shape (N, n)")
+        return Signals(np.arange(len(arrays[0]), dtype=float), *arrays)
+
+    @property
+    def segments(self) -> list[slice]:
+        """The contiguous parts, as slices of samples."""
+        ends = (*self.starts[1:], len(self.time))
+        return [slice(start, end) for start, end in zip(self.starts, ends, strict=True)]
+
+    @property
+    def moving(self) -> tuple[float, float] | None:
+        """Start and end [s] of the moving part: 0.2 s beyond the first and last sample with any |v| > 0.02; or None."""
+        fast = np.flatnonzero((np.abs(self.v) > MOVING_SPEED).any(axis=1))
+        if not len(fast):
+            return None
+        return float(self.time[fast[0]] - MOVING_MARGIN), float(self.time[fast[-1]] + MOVING_MARGIN)
+
+    def part(self, samples: slice) -> Signals:
+        """The samples of one slice, which must lie within a segment."""
+
+        def cut(x: Array | None) -> Array | None:
+            return None if x is None else x[samples]
+
+        return replace(
+            self, time=self.time[samples], q=self.q[samples], v=self.v[samples], a=self.a[samples],
+            torque=cut(self.torque), temperature=cut(self.temperature), starts=(0,),
+        )  # fmt: skip
+
+
+def prepare(recording: Recording, filter: Filter) -> Signals:
+    """Signals of a recording: resampled to a uniform clock, with velocity and acceleration.
+
+    Velocity is the measured one where there is one, else the derivative of position. Derivatives are local fits of
+    fourth order over a window that passes eight times the cutoff, so that the common filter, not this one, decides.
+    Gaps in time and steps of position split the recording into segments. Raises InputError for currents without gains,
+    a cutoff too high for the rate, or no segment long enough for the filter.
+    """
+    step = float(np.median(np.diff(recording.time)))
+    rate = filter.rate or round(1 / step, 3)
+    filter.taps(rate)
+    torque = recording.torque
+    parts: list[list[Array | None]] = []
+    for rows in _contiguous(recording, step, filter):
+        time = recording.time[rows]
+        count = int((time[-1] - time[0]) * rate) + 1
+        if filter.kept(count, rate) == 0:
+            continue
+        clock = time[0] + np.arange(count) / rate
+        q, dq, tau, warmth = (
+            _resample(clock, time, x, rows) for x in (recording.q, recording.dq, torque, recording.temperature)
+        )
+        assert q is not None
+        v = _derivative(q, 1, rate, filter) if dq is None else dq
+        a = _derivative(q, 2, rate, filter) if dq is None else _derivative(dq, 1, rate, filter)
+        parts.append([clock, q, v, a, tau, warmth])
+    if not parts:
+        need = len(filter.taps(rate)) / rate
+        raise InputError(
+            f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s); use a higher cutoff or a better recording"
+        )
+    starts = np.concatenate([[0], np.cumsum([len(part[0]) for part in parts])[:-1]])  # pyright: ignore[reportArgumentType]
+    merged = [None if parts[0][k] is None else np.concatenate([part[k] for part in parts]) for k in range(6)]  # pyright: ignore[reportCallIssue, reportArgumentType]
+    return Signals(*merged, tuple(int(s) for s in starts), rate, recording.source)  # pyright: ignore[reportArgumentType]
+
+
+def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:
+    """Slices of rows without a gap in time longer than a quarter of the cutoff's period or an impossible step."""
+    longest = max(5 * step, 0.25 / filter.cutoff)
+    gaps = np.flatnonzero(np.diff(recording.time) > longest) + 1
+    edges = sorted({0, *gaps.tolist(), *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 1]
+
+
+def _resample(clock: Array, time: Array, values: Array | None, rows: slice) -> Array | None:
+    if values is None:
+        return None
+    return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
+
+
+def _derivative(values: Array, order: int, rate: float, filter: Filter) -> Array:
+    from scipy.signal import savgol_filter
+
+    passband = min(8 * filter.cutoff, 0.4 * rate)
+    # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
+    half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
+    half = min(half, (len(values) - 1) // 2)
+    return savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0)
