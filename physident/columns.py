@@ -34,7 +34,9 @@ class Columns:
         for part in text.split(","):
             match = re.fullmatch(r"\s*(\w+)\s*=\s*(\d{1,6})(?::(\d{1,6}))?\s*", part)
             if not match or match[1] not in ("time", *CHANNELS):
-                raise InputError(f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})")
+                raise InputError(
+                    f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})"
+                )
             if match[1] in found:
                 raise InputError(f"columns: {match[1]!r} is given twice; expected each channel once, as in {EXAMPLE!r}")
             start = int(match[2])
@@ -78,7 +80,12 @@ class Columns:
                 raise InputError(f"{source}: {len(found[name])} columns of {name} and {n} of q; expected as many")
         kind = "torque" if efforts[0] == "tau" else "current"
         return Columns(
-            found["time"][0], found["q"], found[efforts[0]], kind, found.get("dq") or None, found.get("temperature") or None
+            found["time"][0],
+            found["q"],
+            found[efforts[0]],
+            kind,
+            found.get("dq") or None,
+            found.get("temperature") or None,
         )
 
     def as_text(self) -> str:
@@ -94,7 +101,9 @@ class Columns:
         """Raises InputError where a column lies beyond the ``width`` of the table."""
         last = max(self.time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ()))
         if last >= width:
-            raise InputError(f"{source}: has {width} columns, but column {last} (counted from 0) is asked for; mend --columns")
+            raise InputError(
+                f"{source}: has {width} columns, but column {last} (counted from 0) is asked for; mend --columns"
+            )
 
     def split(self, values: Array) -> tuple[Array, Array, Array | None, Array, Array | None]:
         """The channels time (N,), q, dq, effort, temperature (N, n) of a table (N, C)."""

@@ -75,7 +75,13 @@ def _joint(joint: dict, number: int, parent: str, child: str, placement: np.ndar
 
 def _fixed(name: str, parent: str, child: str, placement: np.ndarray) -> list[str]:
     head = f'  <joint name="{name}" type="fixed">'
-    return [head, f'    <parent link="{parent}"/>', f'    <child link="{child}"/>', f"    {_origin(placement)}", "  </joint>"]
+    return [
+        head,
+        f'    <parent link="{parent}"/>',
+        f'    <child link="{child}"/>',
+        f"    {_origin(placement)}",
+        "  </joint>",
+    ]
 
 
 def _link(name: str, inertial: dict | None, shapes: dict, placement: np.ndarray) -> list[str]:
@@ -105,9 +111,7 @@ def _capsule(kind: str, start: np.ndarray, end: np.ndarray, radius: float) -> li
     cylinder = f'<cylinder radius="{radius!r}" length="{length!r}"/>'
     shapes = [(at, cylinder)]
     shapes += [(_translation(*point), f'<sphere radius="{radius!r}"/>') for point in (start, end)]
-    return [
-        f"    <{kind}>{_origin(place)}<geometry>{shape}</geometry></{kind}>" for place, shape in shapes
-    ]
+    return [f"    <{kind}>{_origin(place)}<geometry>{shape}</geometry></{kind}>" for place, shape in shapes]
 
 
 def _along(start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, float]:

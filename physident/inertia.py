@@ -24,9 +24,7 @@ def pseudo_inertia(phi: Array) -> Array:
 def link_parameters(P: Array) -> Array:
     """Ten link parameters (10,) [kg, kg m, kg m^2] of a symmetric pseudo-inertia matrix (4, 4): the inverse map."""
     sxx, syy, szz = P[0, 0], P[1, 1], P[2, 2]
-    return np.array(
-        [P[3, 3], P[0, 3], P[1, 3], P[2, 3], syy + szz, -P[0, 1], sxx + szz, -P[0, 2], -P[1, 2], sxx + syy]
-    )
+    return np.array([P[3, 3], P[0, 3], P[1, 3], P[2, 3], syy + szz, -P[0, 1], sxx + szz, -P[0, 2], -P[1, 2], sxx + syy])
 
 
 def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:

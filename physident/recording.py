@@ -57,7 +57,9 @@ class Recording:
         if self.effort_kind not in ("torque", "current"):
             raise InputError(f"{self.source}: effort_kind is {self.effort_kind!r}, expected 'torque' or 'current'")
         if self.q.ndim != 2 or self.time.shape != (len(self.q),):
-            raise InputError(f"{self.source}: time {self.time.shape} and q {self.q.shape} do not fit: expected (N,), (N, n)")
+            raise InputError(
+                f"{self.source}: time {self.time.shape} and q {self.q.shape} do not fit: expected (N,), (N, n)"
+            )
         for name in ("effort", "dq", "temperature"):
             value = getattr(self, name)
             if value is not None and value.shape != self.q.shape:
@@ -183,7 +185,9 @@ def recording_from_rows(
     bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
     if len(bad) > total / 2:
         first = min(bad, key=lambda b: b.row)
-        raise InputError(f"{source}: {len(bad)} of {total} rows are bad (row {first.row}: {first.reason}); expected under half: check --columns and units")
+        raise InputError(
+            f"{source}: {len(bad)} of {total} rows are bad (row {first.row}: {first.reason}); expected under half: check --columns and units"
+        )
     time = np.array(time[keep], dtype=float)
     _check_clock(time, source)
 
@@ -210,7 +214,9 @@ def _refuse_degrees(q: Array, source: str) -> None:
 def _check_clock(time: Array, source: str) -> None:
     if len(time) < 2 or time[-1] - time[0] < MIN_DURATION:
         length = time[-1] - time[0] if len(time) else 0.0
-        raise InputError(f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?")
+        raise InputError(
+            f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?"
+        )
     step = float(np.median(np.diff(time)))
     if step > 0.5:
         raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -85,7 +86,7 @@ def build_regressor(
 ) -> Regressor:
     """The regressor of some recordings' signals: each column and the torque pass the same filter and decimation.
 
-    ``moving_only`` keeps the moving part of each recording. Raises InputError for signals without torque, of another
+    ``moving_only`` keeps the rows whose filter window lies in the moving part of its recording. Raises InputError for signals without torque, of another
     number of joints, or with nothing left.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
@@ -94,7 +95,9 @@ def build_regressor(
     total = sum(len(keep) for piece in pieces for _, keep in piece)
     if total == 0:
         names = ", ".join(s.source for s in signals)
-        raise InputError(f"{names}: nothing left after the filter in the moving part; expected joints that move for seconds")
+        raise InputError(
+            f"{names}: nothing left after the filter in the moving part; expected joints that move for seconds"
+        )
     values = [np.empty((len(places.columns[j]), total)) for j in range(robot.n)]
     torque, time = np.empty((total, robot.n)), np.empty(total)
     origin, part = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
@@ -152,20 +155,19 @@ def _segments(
 ) -> list[tuple[slice, NDArray[np.intp]]]:
     """For each segment its samples and the filtered rows kept, which are consecutive."""
     if signals.q.shape[1] != robot.n:
-        raise InputError(f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot and --columns")
+        raise InputError(
+            f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
+        )
     if signals.torque is None:
         raise InputError(f"{signals.source}: has no torque, expected measured torques or currents with drive gains")
-    moving = signals.moving if moving_only else (-np.inf, np.inf)
+    start, stop = (signals.moving or (math.inf, -math.inf)) if moving_only else (-math.inf, math.inf)
+    half = filter.delay(signals.rate) * filter.decimation(signals.rate) / signals.rate
     result = []
     for samples in signals.segments:
-        count = filter.kept(samples.stop - samples.start, signals.rate)
-        keep = np.arange(count)
-        if moving is None:
-            keep = keep[:0]
-        else:
-            time = _row_times(signals, samples, keep, filter)
-            keep = keep[(time >= moving[0]) & (time <= moving[1])]
-        result.append((samples, keep))
+        keep = np.arange(filter.kept(samples.stop - samples.start, signals.rate))
+        time = _row_times(signals, samples, keep, filter)
+        # the whole window must lie in the moving part: at standstill stiction leaves the torque undetermined
+        result.append((samples, keep[(time - half >= start - 1e-9) & (time + half <= stop + 1e-9)]))
     return result
 
 

@@ -73,7 +73,13 @@ class _Program:
 
     def _instructions(self, ca: Any, function: Any) -> None:
         binary = {ca.OP_ADD: np.add, ca.OP_SUB: np.subtract, ca.OP_MUL: np.multiply}
-        unary = {ca.OP_NEG: np.negative, ca.OP_SQ: np.square, ca.OP_SIN: np.sin, ca.OP_COS: np.cos, ca.OP_ASSIGN: np.positive}
+        unary = {
+            ca.OP_NEG: np.negative,
+            ca.OP_SQ: np.square,
+            ca.OP_SIN: np.sin,
+            ca.OP_COS: np.cos,
+            ca.OP_ASSIGN: np.positive,
+        }
         self.slots = function.sz_w()
         self.program: list[tuple[Any, tuple[int, ...], int]] = []
         self.constants: list[tuple[int, float]] = []
@@ -81,7 +87,9 @@ class _Program:
         self.outputs: list[tuple[int, int]] = []
         for k in range(function.n_instructions()):
             op, source, target = (
-                function.instruction_id(k), function.instruction_input(k), function.instruction_output(k),
+                function.instruction_id(k),
+                function.instruction_input(k),
+                function.instruction_output(k),
             )
             if op == ca.OP_CONST:
                 self.program.append((float(function.instruction_constant(k)), (), target[0]))
@@ -159,9 +167,7 @@ def _power_coefficients(ca: Any, lin: Any, ang: Any, w: Any, alpha: Any, acc: An
     moment = ca.cross(lin, alpha) + ca.cross(ca.cross(lin, w), w) + ca.cross(acc, ang)
     inertia = [ang[k] * alpha[k] + u[k] * w[k] for k in range(3)]
     product = [ang[i] * alpha[k] + ang[k] * alpha[i] + u[i] * w[k] + u[k] * w[i] for i, k in ((0, 1), (0, 2), (1, 2))]
-    return ca.vertcat(
-        ca.dot(lin, acc), moment, inertia[0], product[0], inertia[1], product[1], product[2], inertia[2]
-    )
+    return ca.vertcat(ca.dot(lin, acc), moment, inertia[0], product[0], inertia[1], product[1], product[2], inertia[2])
 
 
 def _rotation(ca: Any, axis: Any, angle: Any) -> Any:

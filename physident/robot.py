@@ -114,7 +114,11 @@ class Robot:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything needed to build this robot again, as JSON can hold it."""
-        drives = None if self.drives is None else [vars(drive) | {"motor_friction": list(drive.motor_friction)} for drive in self.drives]
+        drives = (
+            None
+            if self.drives is None
+            else [vars(drive) | {"motor_friction": list(drive.motor_friction)} for drive in self.drives]
+        )
         return {
             "name": self.name,
             "gravity": list(self.gravity),
@@ -137,7 +141,8 @@ class Robot:
     def __repr__(self) -> str:
         rows = [f"Robot {self.name}: {self.n} joints, gravity {list(self.gravity)} m/s^2"]
         rows += [
-            f"  {i} {joint.name:<24} {joint.kind:<9} {self.link(i)[0]:8.3f} kg" for i, joint in enumerate(self.joints, 1)
+            f"  {i} {joint.name:<24} {joint.kind:<9} {self.link(i)[0]:8.3f} kg"
+            for i, joint in enumerate(self.joints, 1)
         ]
         return "\n".join(rows)
 
@@ -180,7 +185,9 @@ def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | No
             for d in (joint["drive"] for joint in joints if "drive" in joint)
         )
     except KeyError as error:
-        raise InputError(f"{label}: a drive lacks {error}, expected gear_ratio, torque_constant, motor_inertia, motor_friction") from None
+        raise InputError(
+            f"{label}: a drive lacks {error}, expected gear_ratio, torque_constant, motor_inertia, motor_friction"
+        ) from None
     return Robot(
         name=table.get("name", "robot"),
         urdf=dh.urdf_from_table(table),
@@ -205,7 +212,9 @@ def _read(source: str | Path) -> tuple[str, str]:
     path = Path(source)
     if not path.is_file():
         names = ", ".join(BUILT_IN)
-        raise InputError(f"robot {str(source)!r} not found: expected a .urdf or .toml file, or a built-in name ({names})")
+        raise InputError(
+            f"robot {str(source)!r} not found: expected a .urdf or .toml file, or a built-in name ({names})"
+        )
     try:
         return path.read_text(encoding="utf-8"), path.name
     except (UnicodeDecodeError, OSError) as error:
@@ -221,7 +230,14 @@ def _joint(model: Any, index: int) -> Joint:
     motion = _motion_subspace(model, index)
     kind = "prismatic" if np.abs(motion[:3]).max() > 0.5 else "revolute"
     axis = motion[:3] if kind == "prismatic" else motion[3:]
-    return Joint(model.names[index], kind, model.parents[index] - 1, axis, placement.rotation.copy(), placement.translation.copy())
+    return Joint(
+        model.names[index],
+        kind,
+        model.parents[index] - 1,
+        axis,
+        placement.rotation.copy(),
+        placement.translation.copy(),
+    )
 
 
 def _motion_subspace(model: Any, index: int) -> Array:
@@ -229,4 +245,3 @@ def _motion_subspace(model: Any, index: int) -> Array:
 
     J = pinocchio.computeJointJacobian(model, model.createData(), pinocchio.neutral(model), index)
     return J[:, model.idx_vs[index]]
-

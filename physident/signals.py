@@ -41,17 +41,20 @@ class Filter:
     def taps(self, rate: float) -> Array:
         """Coefficients (L,) of the filter at a sampling rate [Hz]: a Hamming-windowed sinc, unit gain at rest.
 
-        The transition is one cutoff wide. L - 1 is an even multiple of the decimation, so that the delay is whole rows.
+        It lasts five periods of the cutoff, which makes the transition two thirds of the cutoff wide. L - 1 is an even
+        multiple of the decimation, so that the delay is whole rows.
         """
         from scipy.signal import firwin
 
         if self.cutoff >= 0.4 * rate:
-            raise InputError(f"cutoff {self.cutoff:g} Hz is too high for data at {rate:g} Hz; expected below {0.4 * rate:.3g} Hz")
+            raise InputError(
+                f"cutoff {self.cutoff:g} Hz is too high for data at {rate:g} Hz; expected below {0.4 * rate:.3g} Hz"
+            )
         return firwin(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, fs=rate)
 
     def delay(self, rate: float) -> int:
         """Half the filter's length, in kept rows."""
-        return math.ceil(1.65 * rate / (self.cutoff * self.decimation(rate)))  # Hamming: 3.3 rate / transition taps
+        return math.ceil(2.5 * rate / (self.cutoff * self.decimation(rate)))
 
     def apply(self, values: Array, rate: float) -> Array:
         """Filtered and decimated (C, M) of contiguous samples (C, N): the rows whose whole window lies inside.

@@ -44,7 +44,9 @@ def pinocchio_model(text: str, source: str) -> Any:
     try:
         model = pinocchio.buildModelFromXML(ElementTree.tostring(root, encoding="unicode"))
     except Exception as error:  # the binding raises several kinds for one cause
-        raise InputError(f"{source}: not a robot description Pinocchio can read ({str(error).splitlines()[0]})") from None
+        raise InputError(
+            f"{source}: not a robot description Pinocchio can read ({str(error).splitlines()[0]})"
+        ) from None
     model.armature[:] = 0.0
     unlimited = np.abs(model.upperPositionLimit) > 1e9
     model.upperPositionLimit[unlimited], model.lowerPositionLimit[unlimited] = math.inf, -math.inf
@@ -61,7 +63,9 @@ def _parse(text: str, source: str) -> ElementTree.Element:
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f"{source}: malformed XML ({error}), expected a URDF") from None
     if root.tag != "robot":
-        raise InputError(f"{source}: the root element is <{root.tag}>, expected <robot>; run xacro first if this is one")
+        raise InputError(
+            f"{source}: the root element is <{root.tag}>, expected <robot>; run xacro first if this is one"
+        )
     return root
 
 
@@ -86,14 +90,22 @@ def _check_joints(root: ElementTree.Element, source: str) -> None:
     for joint in joints:
         kind, where = joint.get("type"), f"{source}: joint {joint.get('name')!r}"
         if kind not in (*MOVING, "fixed"):
-            raise InputError(f"{where} is {kind!r}, expected revolute, continuous, prismatic or fixed (arms have a fixed base)")
+            raise InputError(
+                f"{where} is {kind!r}, expected revolute, continuous, prismatic or fixed (arms have a fixed base)"
+            )
         if joint.find("mimic") is not None:
-            raise InputError(f"{where} mimics another joint; expected independent joints: make it fixed or drop <mimic>")
+            raise InputError(
+                f"{where} mimics another joint; expected independent joints: make it fixed or drop <mimic>"
+            )
         origin = joint.find("origin")
         for key in () if origin is None else ("xyz", "rpy"):
             _triple(origin, key, f"{where} origin")
-        if kind in MOVING and (axis := joint.find("axis")) is not None and not np.any(_triple(axis, "xyz", f"{where} axis")):
-            raise InputError(f"{where}: its axis is zero, expected a direction such as \"0 0 1\"")
+        if (
+            kind in MOVING
+            and (axis := joint.find("axis")) is not None
+            and not np.any(_triple(axis, "xyz", f"{where} axis"))
+        ):
+            raise InputError(f'{where}: its axis is zero, expected a direction such as "0 0 1"')
     if not any(joint.get("type") in MOVING for joint in joints):
         raise InputError(f"{source}: no moving joint, expected at least one revolute, continuous or prismatic joint")
 

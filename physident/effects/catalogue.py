@@ -33,11 +33,15 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
 
 def effect_from_dict(data: dict[str, Any]) -> Effect:
     """The effect that ``Effect.as_dict`` described."""
-    settings = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "effect"}
+    settings = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "effect"
+    }
     try:
         return _by_name(data["effect"])(**settings)
     except (KeyError, TypeError) as error:
-        raise InputError(f"effect {data!r} is not understood ({error}); was the model written by a newer version?") from None
+        raise InputError(
+            f"effect {data!r} is not understood ({error}); was the model written by a newer version?"
+        ) from None
 
 
 def _by_name(name: str) -> type[Effect]:

@@ -70,14 +70,21 @@ def _read(path: Path, width: int, header: bool, rejected: list[BadRow], as_text:
                 cells += batch.num_rows * width
                 if cells > MAX_CELLS:
                     raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
-                columns = [_numbers(column.to_pylist()) if as_text else column.to_numpy(zero_copy_only=False) for column in batch.columns]
+                columns = [
+                    _numbers(column.to_pylist()) if as_text else column.to_numpy(zero_copy_only=False)
+                    for column in batch.columns
+                ]
                 blocks.append(np.column_stack(columns))
     except pa.ArrowInvalid as error:
         if "conversion error" in str(error) and not as_text:
             raise _NotNumeric from None
-        raise InputError(f"{path}: not readable as CSV ({str(error).splitlines()[0][:120]}); expected rows of numbers") from None
+        raise InputError(
+            f"{path}: not readable as CSV ({str(error).splitlines()[0][:120]}); expected rows of numbers"
+        ) from None
     except (OSError, zlib.error) as error:
-        raise InputError(f"{path}: cannot be read ({str(error).splitlines()[0][:120]}); expected a CSV, plain or gzip") from None
+        raise InputError(
+            f"{path}: cannot be read ({str(error).splitlines()[0][:120]}); expected a CSV, plain or gzip"
+        ) from None
     return np.concatenate(blocks) if blocks else np.empty((0, width))
 
 

@@ -29,7 +29,12 @@ def read_npz(path: Path) -> Table:
         raise InputError(f"{path}: 'time' is {'missing' if time is None else time.shape}, expected an array (N,) [s]")
     names, parts = ["time"], [time[:, None]]
     for name, values in arrays.items():
-        if values.ndim != 2 or len(values) != len(time) or values.shape[1] > MAX_COLUMNS or values.dtype.kind not in "fiu":
+        if (
+            values.ndim != 2
+            or len(values) != len(time)
+            or values.shape[1] > MAX_COLUMNS
+            or values.dtype.kind not in "fiu"
+        ):
             raise InputError(f"{path}: {name!r} is {values.dtype} {values.shape}, expected numbers ({len(time)}, n)")
         names += [f"{name}_{j}" for j in range(1, values.shape[1] + 1)]
         parts.append(values)

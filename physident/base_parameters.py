@@ -1,0 +1,124 @@
+"""Base parameters: the combinations of parameters that torques depend on, found by a rank-revealing QR."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.effect import Column, Effect
+from physident.errors import InputError
+from physident.robot import Robot
+from physident.signals import Signals
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
+STATES = 400
+EXPRESSION_FLOOR = 1e-9  # a coefficient of beta below this is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class BaseParameters:
+    """Which r of p parameters are independent, and how the others group with them: p_B = p_1 + beta p_2.
+
+    ``independent`` (r,) and ``dependent`` (p - r,) are indices of columns, the first independent ones in order;
+    ``beta`` (r, p - r); ``shares`` (p,) the share of each column's length outside those before it, whose gap between
+    ``rank_gap`` = (smallest accepted, largest rejected) decides.
+    """
+
+    columns: tuple[Column, ...]
+    independent: NDArray[np.intp]
+    dependent: NDArray[np.intp]
+    beta: Array
+    shares: Array
+    rank_gap: tuple[float, float]
+
+    @property
+    def r(self) -> int:
+        """Number of base parameters."""
+        return len(self.independent)
+
+    @property
+    def grouping(self) -> Array:
+        """K (r, p) with p_B = K theta, and Y theta = Y[:, independent] K theta."""
+        K = np.zeros((self.r, len(self.columns)))
+        K[np.arange(self.r), self.independent] = 1.0
+        K[:, self.dependent] = self.beta
+        return K
+
+    def values(self, theta: Array) -> Array:
+        """Base parameters (r,) of parameters (p,)."""
+        return theta[self.independent] + self.beta @ theta[self.dependent]
+
+    def expressions(self) -> list[str]:
+        """Each base parameter as a sum of standard parameters, for example "Izz_1 + Iyy_2 + 0.18 m_3"."""
+        return [self._expression(i) for i in range(self.r)]
+
+    def _expression(self, row: int) -> str:
+        text = self.columns[self.independent[row]].name
+        for k, factor in enumerate(self.beta[row]):
+            if abs(factor) > EXPRESSION_FLOOR:
+                size = "" if abs(abs(factor) - 1) < EXPRESSION_FLOOR else f"{abs(factor):.6g} "
+                text += f" {'+' if factor > 0 else '-'} {size}{self.columns[self.dependent[k]].name}"
+        return text
+
+    def __repr__(self) -> str:
+        accepted, rejected = self.rank_gap
+        rows = [f"{self.r} base parameters of {len(self.columns)}; share outside the columns before:"]
+        rows += [f"  smallest accepted {accepted:.2g}, largest rejected {rejected:.2g}, limit {TOLERANCE:.0e}"]
+        return "\n".join(rows + [f"  {i:3d}  {text}" for i, text in enumerate(self.expressions(), 1)])
+
+
+def base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
+    """Base parameters of a robot with some effects, from random states: what any motion could show.
+
+    Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
+    """
+    columns = tuple(column for effect in effects for column in effect.columns(robot))
+    states = random_states(robot, seed)
+    Y = np.concatenate([effect.regressor(robot, states) for effect in effects], axis=2)
+    R = np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")
+    return select_base(R, columns)
+
+
+def random_states(robot: Robot, seed: int, count: int = STATES) -> Signals:
+    """Random states inside the robot's limits, one turn either way at most, for questions of structure."""
+    rng = np.random.default_rng(seed)
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    lower, upper = np.minimum(lower, upper - 1e-3), np.maximum(upper, lower + 1e-3)
+    q = rng.uniform(lower, upper, size=(count, robot.n))
+    v, a = rng.uniform(-2, 2, size=(2, count, robot.n))
+    return Signals.of_states(q, v, a)
+
+
+def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
+    """Base parameters of a regressor (or its R factor) with p columns, by Gram-Schmidt in column order.
+
+    Unlike |R_ii| of a plain QR, a column's share is measured against the accepted columns only, so that the rounding
+    noise of a dependent one cannot hide a later independent one. Raises InputError for a regressor that is all zero.
+    """
+    R = np.asarray(R, dtype=float)
+    size = np.linalg.norm(R, axis=0)
+    if not size.any():
+        raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")
+    p = R.shape[1]
+    basis = np.zeros((len(R), 0))
+    shares, independent = np.zeros(p), []
+    for i in range(p):
+        if size[i] <= 1e-12 * size.max():
+            continue
+        rest = R[:, i] / size[i]
+        for _ in range(2):  # the second pass removes what rounding left of the first
+            rest = rest - basis @ (basis.T @ rest)
+        shares[i] = np.linalg.norm(rest)
+        if shares[i] > TOLERANCE:
+            basis = np.column_stack([basis, rest / shares[i]])
+            independent.append(i)
+    chosen = np.array(independent, dtype=np.intp)
+    others = np.setdiff1d(np.arange(p), chosen)
+    scale = size[chosen]
+    beta = np.linalg.lstsq(R[:, chosen] / scale, R[:, others], rcond=None)[0] / scale[:, None]
+    gap = float(shares[chosen].min()), float(shares[others].max(initial=0.0))
+    return BaseParameters(tuple(columns), chosen, others, beta, shares, gap)
