@@ -122,13 +122,18 @@ def load_recordings(
     joint torques. Raises InputError, naming the file, for what cannot be a recording.
     """
     patterns = [paths] if isinstance(paths, str | Path) else list(paths)
+    return [load_recording(file, columns, drive_gains) for file in find_recordings(patterns)]
+
+
+def find_recordings(patterns: Iterable[str | Path]) -> list[str]:
+    """The files of paths and glob patterns, each once; raises InputError for one that matches nothing."""
     files: list[str] = []
     for pattern in map(str, patterns):
         found = [pattern] if Path(pattern).is_file() else sorted(glob.glob(pattern))
         if not found:
             raise InputError(f"recording {pattern!r} not found: expected a file or a pattern that matches some")
         files += found
-    return [load_recording(file, columns, drive_gains) for file in files]
+    return list(dict.fromkeys(files))
 
 
 def load_recording(

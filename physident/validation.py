@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ class Score:
 
     def __repr__(self) -> str:
         rows = [
-            f"{len(self.recordings)} recordings, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of their time scored",
+            f"{_counted(self.recordings)}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of their time scored",
             "joint                        rms [N m]  error %",
         ]
         rows += [
@@ -70,10 +70,18 @@ class Gain:
         """By how much the second model's RMS is smaller [%], negative where it is larger."""
         return 100 * (1 - self.after.rms / np.where(self.before.rms > 0, self.before.rms, np.inf))
 
+    def as_dict(self) -> dict[str, Any]:
+        """Both scores and the reduction, as JSON can hold them."""
+        return {
+            "before": self.before.as_dict(),
+            "after": self.after.as_dict(),
+            "reduction_percent": self.reduction.tolist(),
+        }
+
     def __repr__(self) -> str:
         b, a = self.before, self.after
         rows = [
-            f"{len(b.recordings)} recordings, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of their time scored",
+            f"{_counted(b.recordings)}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of their time scored",
             "joint                        rms before  after [N m]  error % before  after  gain %",
         ]
         for j, name in enumerate(b.joints):
@@ -81,12 +89,14 @@ class Gain:
                 f"{j + 1:5d} {name:<22} {b.rms[j]:11.4g} {a.rms[j]:12.4g} {b.relative[j]:15.2f} {a.relative[j]:6.2f} {self.reduction[j]:7.1f}"
             )
         total = 100 * (1 - np.linalg.norm(a.rms / b.rms) / np.sqrt(len(b.rms)))
-        return "\n".join(
-            [
-                *rows,
-                f"verdict: the second model is {abs(total):.1f} % {'better' if total > 0 else 'worse'} (RMS, every joint alike)",
-            ]
+        verdict = (
+            "as good as the first" if abs(total) < 0.05 else f"{abs(total):.1f} % {'better' if total > 0 else 'worse'}"
         )
+        return "\n".join([*rows, f"verdict: the second model is {verdict} (RMS, every joint alike)"])
+
+
+def _counted(recordings: tuple[str, ...]) -> str:
+    return "1 recording" if len(recordings) == 1 else f"{len(recordings)} recordings"
 
 
 def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted: bool = False) -> Score:
@@ -98,15 +108,18 @@ def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted
         raise InputError("no recordings given, expected at least one that was not fitted")
     if not include_fitted:
         _refuse_fitted(estimate, recordings)
-    _, predicted, measured, origin, rate = predictions(estimate, recordings)
-    each = np.array([_relative(measured[origin == i], predicted[origin == i]) for i in range(len(recordings))])
+    p = predictions(estimate, recordings)
+    each = np.array([_relative(p, p.recording == index) for index in range(len(recordings))])
     total = sum(recording.duration for recording in recordings)
     return Score(
-        estimate.model.robot.joint_names,
-        np.sqrt(((measured - predicted) ** 2).mean(axis=0)),
-        each.mean(axis=0), each, estimate.filter.cutoff, min(1.0, len(measured) / rate / total),
-        tuple(recording.source for recording in recordings),
-    )  # fmt: skip
+        joints=estimate.model.robot.joint_names,
+        rms=np.sqrt(((p.measured - p.predicted) ** 2).mean(axis=0)),
+        relative=each.mean(axis=0),
+        each=each,
+        cutoff=estimate.filter.cutoff,
+        share=min(1.0, len(p.time) / p.rate / total),
+        recordings=tuple(recording.source for recording in recordings),
+    )
 
 
 def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_fitted: bool = False) -> Gain:
@@ -125,17 +138,35 @@ def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_
     return Gain(validate(before, on, include_fitted), validate(after, on, include_fitted))
 
 
-def predictions(
-    estimate: Estimate, recordings: Sequence[Recording]
-) -> tuple[Array, Array, Array, NDArray[np.intp], float]:
-    """Time (M,), predicted and measured torque (M, n), index of the recording (M,), and the kept rate [Hz]."""
-    gained = [with_gains(recording, estimate.drive_gains) for recording in recordings]
+@dataclass(frozen=True, eq=False)
+class Predictions:
+    """Filtered torque of recordings over their moving part: ``time`` (M,) [s], ``predicted`` and ``measured`` (M, n)
+    [N m|N], ``recording`` (M,) the index of each row's recording, ``rate`` [Hz] of the rows."""
+
+    time: Array
+    predicted: Array
+    measured: Array
+    recording: NDArray[np.intp]
+    rate: float
+
+
+def predictions(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
+    """What a model predicts of recordings, through its own filter; currents without gains take the model's."""
     model = estimate.model
+    gained = [with_gains(recording, estimate.drive_gains) for recording in recordings]
     signals = prepare_all(model.robot, gained, estimate.filter)
-    for one in signals:  # each must be scored, or a mean over recordings would hide the one that is missing
-        build_regressor(model.robot, model.effects[-1:], [one], estimate.filter)
     regressor = build_regressor(model.robot, model.effects, signals, estimate.filter)
-    return regressor.time, regressor.predict(model.theta), regressor.torque, regressor.recording, regressor.kept_rate
+    for index, one in enumerate(signals):
+        if not (regressor.recording == index).any():
+            raise InputError(f"{one.source}: its moving part is shorter than the filter; expected seconds of motion")
+    return Predictions(
+        regressor.time, regressor.predict(model.theta), regressor.torque, regressor.recording, regressor.kept_rate
+    )
+
+
+def with_cutoff(estimate: Estimate, cutoff: float | None) -> Estimate:
+    """The estimate with another cutoff [Hz] of its filter; the same where ``cutoff`` is None."""
+    return estimate if cutoff is None else replace(estimate, filter=replace(estimate.filter, cutoff=cutoff))
 
 
 def with_gains(recording: Recording, gains: tuple[float, ...] | None) -> Recording:
@@ -145,9 +176,12 @@ def with_gains(recording: Recording, gains: tuple[float, ...] | None) -> Recordi
     return recording
 
 
-def _relative(measured: Array, predicted: Array) -> Array:
-    size = np.linalg.norm(measured, axis=0)
-    return 100 * np.linalg.norm(measured - predicted, axis=0) / np.where(size > 0, size, np.nan)
+def _relative(p: Predictions, rows: NDArray[np.bool_]) -> Array:
+    size = np.linalg.norm(p.measured[rows], axis=0)
+    if (size == 0).any():
+        joint = int(np.argmin(size)) + 1
+        raise InputError(f"joint {joint}: the measured torque is zero throughout; expected a torque to compare with")
+    return 100 * np.linalg.norm((p.measured - p.predicted)[rows], axis=0) / size
 
 
 def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:

@@ -1,0 +1,66 @@
+"""The command line: one verb a file, each prints one type and writes one file."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import warnings
+
+import typer
+
+from physident.cli.app import app
+from physident.errors import PhysidentError, PhysidentWarning
+
+# typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
+CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
+VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters")
+for _verb in VERBS:
+    importlib.import_module(f"physident.cli.{_verb}")
+
+
+def main() -> None:
+    """Run the command line; exit code 0, 2 for input that cannot be used, 3 for a problem that was not solved."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit code; everything that goes wrong is one line on standard error."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning
+        warnings.simplefilter("always", PhysidentWarning)
+        try:
+            result = app(args=arguments or ["--help"], prog_name="physident", standalone_mode=False)
+            return result if isinstance(result, int) else 0
+        except PhysidentError as error:
+            _say(f"error: {error}")
+            return error.exit_code
+        except CommandLineError as error:
+            _say(f"error: {error.format_message()}; see physident --help")  # pyright: ignore[reportAttributeAccessIssue]
+            return 2
+        except (typer.Abort, KeyboardInterrupt):
+            _say("stopped; nothing was written")
+            return 130
+        except BrokenPipeError:
+            sys.stderr.close()
+            return 0
+        except MemoryError:
+            _say("error: not enough memory for these recordings; cut them into parts")
+            return 2
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: object = None,
+    line: object = None,
+) -> None:
+    if issubclass(category, PhysidentWarning):
+        _say(f"warning: {message}")
+    else:
+        _say(f"warning: {category.__name__}: {message} ({filename}:{lineno})")
+
+
+def _say(text: str) -> None:
+    print(f"physident: {' '.join(text.split())}", file=sys.stderr)

@@ -1,0 +1,115 @@
+"""The typer application and the options that several verbs share."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
+
+from physident.errors import InputError
+
+if TYPE_CHECKING:
+    from physident.recording import Recording
+
+app = typer.Typer(
+    name="physident",
+    help="Identify the dynamics of robot arms from recordings, and find what their simulation gets wrong.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Recordings = Annotated[
+    list[str], typer.Argument(metavar="REC...", help="Recordings: .csv, .csv.gz, .npz, or patterns.")
+]
+RobotOption = Annotated[str | None, typer.Option("--robot", help="Built-in name (ur5), .urdf file or DH table .toml.")]
+ColumnsOption = Annotated[
+    str | None,
+    typer.Option("--columns", help="Layout without canonical header: time=0,q=1:7,dq=7:13,current=13:19 (zero-based)."),
+]
+GainsOption = Annotated[
+    str | None,
+    typer.Option("--drive-gains", help='Motor current to joint torque [N m/A], one a joint: "10.7 10.7 ...".'),
+]
+CutoffOption = Annotated[float | None, typer.Option("--cutoff", help="Cutoff of the low-pass on both sides [Hz].")]
+ModelOption = Annotated[Path, typer.Option("--model", help="A model file that identify wrote.")]
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Also write the result as JSON to this file.")]
+IncludeFittedOption = Annotated[
+    bool, typer.Option("--include-fitted", help="Allow recordings the model was fitted to.")
+]
+
+T = TypeVar("T")
+
+
+def read_recordings(paths: list[str], columns: str | None, gains: str | None, quiet: bool = False) -> list[Recording]:
+    """Recordings of the given paths and patterns, with a progress bar; unless quiet, says what was left out of each."""
+    from physident.columns import Columns
+    from physident.recording import find_recordings, load_recording
+
+    layout = Columns.parse(columns) if columns else None
+    numbers = parse_numbers(gains, "--drive-gains") if gains else None
+    files = find_recordings(paths)
+    recordings = [load_recording(file, layout, numbers) for file in progress(files, "reading")]
+    for recording in () if quiet else recordings:
+        report(recording)
+    return recordings
+
+
+def report(recording: Recording) -> None:
+    """Say on standard error what of a recording was left out: rows by number, columns by name."""
+    if recording.rejected:
+        bad = recording.rejected
+        shown = "; ".join(f"row {b.row}: {b.reason}" for b in bad[:3])
+        more = f"; and {len(bad) - 3} more (physident inspect names all)" if len(bad) > 3 else ""
+        typer.echo(f"physident: {recording.source}: {len(bad)} bad rows left out ({shown}{more})", err=True)
+    if recording.ignored:
+        typer.echo(f"physident: {recording.source}: columns ignored: {_listed(recording.ignored)}", err=True)
+
+
+def parse_numbers(text: str, option: str) -> tuple[float, ...]:
+    """Numbers separated by commas or spaces; raises InputError naming the option."""
+    try:
+        numbers = tuple(float(part) for part in re.split(r"[,\s]+", text.strip()) if part)
+    except ValueError:
+        numbers = ()
+    if not numbers or not all(map(math.isfinite, numbers)):
+        raise InputError(f"{option} is {text!r}, expected finite numbers separated by commas or spaces")
+    return numbers
+
+
+def progress(items: Iterable[T], doing: str) -> Iterator[T]:
+    """The items, with a progress bar on standard error once they have taken more than two seconds."""
+    import time
+
+    listed = list(items)
+    bar = None
+    start = time.monotonic()
+    try:
+        for index, item in enumerate(listed):
+            if bar is None and time.monotonic() - start > 2:
+                from rich.console import Console
+                from rich.progress import Progress
+
+                bar = Progress(console=Console(stderr=True), transient=True)
+                bar.start()
+                bar.add_task(doing, total=len(listed))
+            if bar is not None:
+                bar.update(bar.task_ids[0], completed=index)
+            yield item
+    finally:
+        if bar is not None:
+            bar.stop()
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Column names in one line: numbered ones as a range, as in target_torque_1..6."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        stem, _, number = name.rpartition("_")
+        groups.setdefault(stem if number.isdigit() else name, []).append(name)
+    texts = [f"{g[0]}..{g[-1].rpartition('_')[2]}" if len(g) > 1 else g[0] for g in groups.values()]
+    return ", ".join(texts[:8]) + (f" and {len(texts) - 8} more" if len(texts) > 8 else "")

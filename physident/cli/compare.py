@@ -1,0 +1,46 @@
+"""physident compare: the gain of one model over another on recordings neither saw."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    IncludeFittedOption,
+    JsonOption,
+    app,
+    read_recordings,
+)
+from physident.errors import InputError
+
+
+@app.command()
+def compare(
+    model: Annotated[list[Path], typer.Option("--model", help="Two model files: before and after.")],
+    on: Annotated[list[str], typer.Option("--on", help="A recording to compare on; repeat for several.")],
+    json_out: JsonOption = None,
+    include_fitted: IncludeFittedOption = False,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Print two models' errors on the same recordings, and the gain of the second over the first."""
+    from physident.estimation.estimate import load_estimate
+    from physident.files import write_text
+    from physident.validation import compare as run
+    from physident.validation import with_cutoff
+
+    if len(model) != 2:
+        raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
+    before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
+    recordings = read_recordings(on, columns or before.columns, drive_gains)
+    gain = run(before, after, recordings, include_fitted)
+    if json_out is not None:
+        write_text(json_out, json.dumps(gain.as_dict(), indent=1, allow_nan=False) + "\n")
+    typer.echo(repr(gain))

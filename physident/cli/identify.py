@@ -1,0 +1,40 @@
+"""physident identify: recordings in, a model out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import ColumnsOption, CutoffOption, GainsOption, Recordings, RobotOption, app, read_recordings
+from physident.errors import InputError
+
+
+@app.command()
+def identify(
+    recordings: Recordings,
+    out: Annotated[Path, typer.Option("--out", help="The model file to write (JSON).")],
+    robot: RobotOption = None,
+    effects: Annotated[str | None, typer.Option("--effects", help="Effects, separated by commas.")] = None,
+    method: Annotated[str, typer.Option("--method", help="wls (each joint by its own residual) or ols.")] = "wls",
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Identify a robot's dynamics from recordings and write the model."""
+    from physident.effects import DEFAULT_EFFECTS
+    from physident.estimation.identify import identify as run
+    from physident.robot import load_robot
+    from physident.signals import Filter
+
+    if robot is None:
+        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
+    arm = load_robot(robot)
+    chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
+    filter = Filter() if cutoff is None else Filter(cutoff)
+    loaded = read_recordings(recordings, columns, drive_gains)
+    estimate = run(arm, loaded, chosen, method, filter, columns)
+    estimate.save(out)
+    typer.echo(repr(estimate))
+    typer.echo(f"written: {out}")

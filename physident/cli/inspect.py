@@ -1,0 +1,59 @@
+"""physident inspect: what recordings hold, and what they cannot show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    Recordings,
+    RobotOption,
+    app,
+    progress,
+    read_recordings,
+)
+from physident.errors import InputError
+
+
+@app.command()
+def inspect(
+    recordings: Recordings,
+    robot: RobotOption = None,
+    effects: Annotated[str | None, typer.Option("--effects", help="Show what of these effects cannot be seen.")] = None,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Also draw motion and effort (.png, .pdf, .svg).")] = None,
+) -> None:
+    """Print what recordings hold: clock, ranges, bad rows, rest, agreement of channels, a cutoff that suits them."""
+    from physident.inspection import inspect_recording
+
+    if effects is not None and robot is None:
+        raise InputError("--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a .toml")
+    loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
+    seen = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
+    if plot is not None:
+        from physident.view.plots import plot_recordings
+
+        plot_recordings(loaded, plot)
+    typer.echo("\n\n".join(map(repr, seen)))
+    if effects is not None and robot is not None:
+        typer.echo("\n" + _hidden(robot, effects, loaded, cutoff))
+
+
+def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
+    from physident.effects import make_effects
+    from physident.estimation.identify import prepare_all
+    from physident.regressor import build_regressor
+    from physident.robot import load_robot
+    from physident.signals import Filter
+    from physident.visibility import visibility
+
+    arm, made = load_robot(robot), make_effects([name.strip() for name in effects.split(",") if name.strip()])
+    filter = Filter() if cutoff is None else Filter(cutoff)
+    return repr(visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))

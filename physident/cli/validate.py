@@ -1,0 +1,52 @@
+"""physident validate: how well a model predicts recordings it never saw."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    IncludeFittedOption,
+    JsonOption,
+    ModelOption,
+    Recordings,
+    app,
+    read_recordings,
+)
+
+
+@app.command()
+def validate(
+    recordings: Recordings,
+    model: ModelOption,
+    json_out: JsonOption = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Also draw measured and predicted torque (.png, .pdf).")
+    ] = None,
+    include_fitted: IncludeFittedOption = False,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Predict recordings with a model and print the error per joint."""
+    from physident.estimation.estimate import load_estimate
+    from physident.files import write_text
+    from physident.validation import predictions, with_cutoff
+    from physident.validation import validate as run
+
+    estimate = with_cutoff(load_estimate(model), cutoff)
+    loaded = read_recordings(recordings, columns or estimate.columns, drive_gains)
+    score = run(estimate, loaded, include_fitted)
+    if json_out is not None:
+        write_text(json_out, json.dumps(score.as_dict(), indent=1, allow_nan=False) + "\n")
+    if plot is not None:
+        from physident.view.plots import plot_predictions
+
+        plot_predictions(predictions(estimate, loaded), estimate.model.robot.joint_names, plot)
+    typer.echo(repr(score))
