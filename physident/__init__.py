@@ -1,1 +1,81 @@
-"""physident: identify the dynamics of robot arms from recordings, and find what their simulation gets wrong."""
+"""physident: identify the dynamics of robot arms from recordings, and find what their simulation gets wrong.
+
+Names are loaded when they are first used, so that importing the package is quick.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    "BaseParameters": "base_parameters",
+    "find_base_parameters": "base_parameters",
+    "Cone": "effects.effect",
+    "Column": "effects.effect",
+    "Effect": "effects.effect",
+    "CATALOGUE": "effects.catalogue",
+    "make_effects": "effects.catalogue",
+    "InputError": "errors",
+    "NotSolvedError": "errors",
+    "PhysidentError": "errors",
+    "PhysidentWarning": "errors",
+    "Estimate": "estimation.estimate",
+    "load_estimate": "estimation.estimate",
+    "identify": "estimation.identify",
+    "Trajectory": "excitation.trajectory",
+    "load_trajectory": "excitation.trajectory",
+    "random_trajectory": "excitation.trajectory",
+    "Inspection": "inspection",
+    "inspect_recording": "inspection",
+    "Model": "model",
+    "Recording": "recording",
+    "load_recording": "recording",
+    "load_recordings": "recording",
+    "Regressor": "regressor",
+    "build_regressor": "regressor",
+    "Robot": "robot",
+    "load_robot": "robot",
+    "Filter": "signals",
+    "Signals": "signals",
+    "prepare": "signals",
+    "Gain": "validation",
+    "Score": "validation",
+    "compare": "validation",
+    "validate": "validation",
+    "Visibility": "visibility",
+    "measure_visibility": "visibility",
+}
+__all__ = [*_PUBLIC, "__version__"]
+
+if TYPE_CHECKING:
+    from physident.base_parameters import BaseParameters, find_base_parameters
+    from physident.effects.catalogue import CATALOGUE, make_effects
+    from physident.effects.effect import Column, Cone, Effect
+    from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
+    from physident.estimation.estimate import Estimate, load_estimate
+    from physident.estimation.identify import identify
+    from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
+    from physident.inspection import Inspection, inspect_recording
+    from physident.model import Model
+    from physident.recording import Recording, load_recording, load_recordings
+    from physident.regressor import Regressor, build_regressor
+    from physident.robot import Robot, load_robot
+    from physident.signals import Filter, Signals, prepare
+    from physident.validation import Gain, Score, compare, validate
+    from physident.visibility import Visibility, measure_visibility
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'physident' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"physident.{_PUBLIC[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

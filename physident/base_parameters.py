@@ -71,7 +71,7 @@ class BaseParameters:
         return "\n".join(rows + [f"  {i:3d}  {text}" for i, text in enumerate(self.expressions(), 1)])
 
 
-def base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
+def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
     """Base parameters of a robot with some effects, from random states: what any motion could show.
 
     Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.

@@ -61,6 +61,7 @@ def inspect_recording(recording: Recording) -> Inspection:
     longest = max(signals.segments, key=lambda s: s.stop - s.start)
     motion = np.array([_band(signals.v[longest, j], signals.rate) for j in range(recording.n)])
     effort = np.array([_band(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
+    reach = np.array([_reach(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
     return Inspection(
         recording=recording,
         rate=rate,
@@ -74,7 +75,7 @@ def inspect_recording(recording: Recording) -> Inspection:
         rest=_rest(signals.time, signals.v),
         motion_band=motion,
         effort_band=effort,
-        cutoff=_suggest(motion, effort, rate),
+        cutoff=_suggest(motion, reach, rate),
     )
 
 
@@ -97,22 +98,37 @@ def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tup
     return 100 * float(np.linalg.norm(rest) / np.linalg.norm(derived)), delay
 
 
-def _band(values: Array, rate: float) -> float:
-    """Frequency [Hz] below which 99 % of the power above the noise floor lies."""
+def _spectrum(values: Array, rate: float) -> tuple[Array, Array, float]:
+    """Frequency [Hz], power density, and its noise floor: the median of the highest third."""
     from scipy.signal import welch
 
     frequency, power = welch(values, rate, nperseg=min(len(values), int(8 * rate)), detrend="linear")
-    floor = np.median(power[2 * len(power) // 3 :])
+    return frequency, power, float(np.median(power[2 * len(power) // 3 :]))
+
+
+def _band(values: Array, rate: float) -> float:
+    """Frequency [Hz] below which 99 % of the power above the noise floor lies."""
+    frequency, power, floor = _spectrum(values, rate)
     excess = np.maximum(power - 3 * floor, 0.0)  # three floors: a chi-squared bin of noise rarely exceeds it
     if not excess.any():
         return 0.0
     return float(frequency[np.searchsorted(np.cumsum(excess), BAND_SHARE * excess.sum())])
 
 
-def _suggest(motion: Array, effort: Array, rate: float) -> float:
-    """Four times a joint's band of motion, which keeps the steps of friction at its reversals, but no more than its
-    torque holds; the widest joint decides, within what the clock allows."""
-    widest = float(np.max(np.minimum(4 * motion, effort), initial=0.0))
+def _reach(values: Array, rate: float) -> float:
+    """Frequency [Hz] at which a signal first sinks into its noise floor."""
+    frequency, power, floor = _spectrum(values, rate)
+    sunk = np.flatnonzero(power <= 3 * floor)
+    return float(frequency[sunk[0] if len(sunk) else -1])
+
+
+def _suggest(motion: Array, reach: Array, rate: float) -> float:
+    """Ten times the band of motion, which keeps friction's steps at the reversals, but not past where torque is noise.
+
+    The factor is the usual one between a robot's motion and the filter: Gautier, "Dynamic identification of robots with
+    power model" (1997), sec. 4. The joint with the widest band decides, within what the clock allows.
+    """
+    widest = float(np.max(np.minimum(10 * motion, reach), initial=0.0))
     return float(np.clip(round(widest, 1), 2.0, 0.2 * rate)) if widest > 0 else min(5.0, 0.2 * rate)
 
 

@@ -42,7 +42,7 @@ class Visibility:
         return "\n".join([*rows, f"verdict: {hidden} of {len(self.columns)} parameters cannot be told from the rest"])
 
 
-def visibility(regressor: Regressor) -> Visibility:
+def measure_visibility(regressor: Regressor) -> Visibility:
     """The share of each column's energy outside the span of all other columns, every joint's torque scaled to one."""
     size = np.sqrt((regressor.torque**2).mean(axis=0))
     R, _, _ = regressor.compressed(1 / np.where(size > 0, size, 1.0))

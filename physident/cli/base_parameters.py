@@ -16,7 +16,7 @@ def base_parameters(
     effects: Annotated[str, typer.Option("--effects", help="Effects, separated by commas.")] = "rigid_body",
 ) -> None:
     """Print a robot's base parameters: the combinations of parameters that its torques depend on."""
-    from physident.base_parameters import base_parameters as run
+    from physident.base_parameters import find_base_parameters as run
     from physident.effects import make_effects
     from physident.robot import load_robot
 

@@ -52,8 +52,8 @@ def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) ->
     from physident.regressor import build_regressor
     from physident.robot import load_robot
     from physident.signals import Filter
-    from physident.visibility import visibility
+    from physident.visibility import measure_visibility
 
     arm, made = load_robot(robot), make_effects([name.strip() for name in effects.split(",") if name.strip()])
     filter = Filter() if cutoff is None else Filter(cutoff)
-    return repr(visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))
+    return repr(measure_visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))

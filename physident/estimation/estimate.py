@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, base_parameters
+from physident.base_parameters import BaseParameters, find_base_parameters
 from physident.errors import InputError
 from physident.files import write_text
 from physident.model import Model
@@ -72,7 +72,7 @@ class Estimate:
     @cached_property
     def base(self) -> BaseParameters:
         """The base parameters of the model's robot and effects."""
-        return base_parameters(self.model.robot, self.model.effects)
+        return find_base_parameters(self.model.robot, self.model.effects)
 
     @cached_property
     def standard_errors(self) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, base_parameters
+from physident.base_parameters import BaseParameters, find_base_parameters
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
@@ -72,7 +72,7 @@ def estimate_from(
     columns: str | None = None,
 ) -> Estimate:
     """The estimate of a regressor that is already built: what ``identify`` and left-out studies share."""
-    base = base_parameters(robot, effects)
+    base = find_base_parameters(robot, effects)
     nominal = Model.nominal(robot, effects).theta
     solution = least_squares(regressor, base, nominal, weighted=method == "wls")
     model = Model(robot, effects, nearest_to(nominal, base, solution.base))

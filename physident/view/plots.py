@@ -27,7 +27,7 @@ def plot_predictions(p: Predictions, joints: Sequence[str], path: str | Path) ->
         error = 100 * np.linalg.norm(measured - predicted) / np.linalg.norm(measured)
         axis.set_ylabel(f"{j + 1} [N m]")
         axis.set_title(f"joint {j + 1}, {name}: error {error:.1f} %", fontsize=9, loc="left")
-    axes[0, 0].legend(ncols=3, loc="upper right")
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), ncols=3, loc="outside upper right")
     axes[-1, 0].set_xlabel("time in motion [s]")
     style.save(fig, path)
 
