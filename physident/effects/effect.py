@@ -87,8 +87,18 @@ class Effect(ABC):
         return np.zeros(len(self.columns(robot)))
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        """Convex sets its parameters must lie in to be physical; none unless it says so."""
+        """Convex sets its parameters must lie in to be physical; none unless it says so.
+
+        Friction needs none of its own: all friction of a joint must dissipate as a sum, see ``friction``.
+        """
         return ()
+
+    def friction(self, robot: Robot, speeds: Array) -> Array:
+        """Friction (k, S) [N m|N] of each unit of each parameter at speeds (S,) [rad/s|m/s] of its joint, unloaded.
+
+        Zero unless it says so. The sum over all effects of a joint must oppose its motion: F(v) v >= 0.
+        """
+        return np.zeros((len(self.columns(robot)), len(speeds)))
 
     @final
     def as_dict(self) -> dict[str, Any]:

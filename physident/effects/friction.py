@@ -1,4 +1,7 @@
-"""Friction of a joint as a function of its velocity. Positive parameters oppose the motion."""
+"""Friction of a joint as a function of its velocity. Positive parameters oppose the motion.
+
+A single parameter may be negative in a physical model; the sum of a joint's friction may not push it.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.effect import Array, Cone, Effect, nonnegative
+from physident.effects.effect import Array, Effect
 from physident.errors import InputError
 from physident.robot import Robot
 from physident.signals import Signals
@@ -20,7 +23,7 @@ def smooth_sign(v: Array, width: float) -> Array:
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Cone: Fv >= 0."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42)."""
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
@@ -28,13 +31,13 @@ class ViscousFriction(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.v.T[self.active(robot)]
 
-    def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        return (nonnegative(len(self.active(robot))),)
+    def friction(self, robot: Robot, speeds: Array) -> Array:
+        return np.tile(speeds, (len(self.active(robot)), 1))
 
 
 @dataclass(frozen=True)
 class CoulombFriction(Effect):
-    """tau_j = Fc_j sgn v_j with sgn v = tanh(v / smoothing); Fc in N m (thesis eq. 3.42). Cone: Fc >= 0.
+    """tau_j = Fc_j sgn v_j with sgn v = tanh(v / smoothing); Fc in N m (thesis eq. 3.42).
 
     ``smoothing`` [rad/s] is of the size of the velocity's noise. Nominal: the motor's friction times the gear ratio,
     mean of both directions, where the robot states its drives.
@@ -58,5 +61,5 @@ class CoulombFriction(Effect):
         forces = [d.gear_ratio * (d.motor_friction[0] - d.motor_friction[1]) / 2 for d in robot.drives]
         return np.array([forces[j] for j in self.active(robot)])
 
-    def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        return (nonnegative(len(self.active(robot))),)
+    def friction(self, robot: Robot, speeds: Array) -> Array:
+        return np.tile(smooth_sign(speeds, self.smoothing), (len(self.active(robot)), 1))
