@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -169,7 +170,7 @@ def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[s
     longest = max(5 * step, 0.25 / filter.cutoff)
     gaps = np.flatnonzero(np.diff(recording.time) > longest) + 1
     edges = sorted({0, *gaps.tolist(), *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 1]
+    return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
 
 def _resample(clock: Array, time: Array, values: Array | None, rows: slice) -> Array | None:

@@ -86,7 +86,7 @@ def _check_links(root: ElementTree.Element, source: str) -> None:
 
 
 def _check_joints(root: ElementTree.Element, source: str) -> None:
-    joints = [joint for joint in root.findall("joint")]
+    joints = root.findall("joint")
     for joint in joints:
         kind, where = joint.get("type"), f"{source}: joint {joint.get('name')!r}"
         if kind not in (*MOVING, "fixed"):
