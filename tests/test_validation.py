@@ -1,0 +1,59 @@
+"""Scores: their definition, and that a model cannot be judged on what it was fitted to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.recording import recording_from_rows
+from tests.test_identify import _recording
+
+
+@pytest.fixture(scope="module")
+def estimate(ur5: pid.Robot) -> pid.Estimate:
+    return pid.identify(ur5, [_recording(ur5, 1, 0.3)])
+
+
+def test_relative_error_is_what_it_says(ur5: pid.Robot, estimate: pid.Estimate) -> None:
+    """A measured torque of (1 + k) times the prediction has the error k / (1 + k), whatever the filter."""
+    run = _recording(ur5, 2)
+    assert run.dq is not None
+    signals = pid.prepare(run, estimate.filter)
+    torque = 1.25 * estimate.model.torque(signals)
+    scaled = recording_from_rows(signals.time, signals.q, signals.v, torque, None, "torque", "scaled")
+    score = pid.validate(estimate, [scaled])
+    np.testing.assert_allclose(score.relative, 20.0, atol=0.05)
+    assert 0.5 < score.share <= 1.0
+
+
+def test_mean_over_recordings_not_over_samples(ur5: pid.Robot, estimate: pid.Estimate) -> None:
+    two = [_recording(ur5, 2, 1.0), _recording(ur5, 3, 0.0)]
+    both = pid.validate(estimate, two)
+    single = np.array([pid.validate(estimate, [run]).relative for run in two])
+    np.testing.assert_allclose(both.relative, single.mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(both.each, single, rtol=1e-9)
+
+
+def test_fitted_recordings_are_refused_even_renamed(ur5: pid.Robot, estimate: pid.Estimate) -> None:
+    again = _recording(ur5, 1, 0.3)
+    renamed = pid.Recording(again.time, again.q, again.effort, "torque", again.dq, source="other name")
+    with pytest.raises(pid.InputError, match="was fitted by this model"):
+        pid.validate(estimate, [renamed])
+    assert pid.validate(estimate, [renamed], include_fitted=True).rms.shape == (6,)
+
+
+def test_gain_of_the_better_model(ur5: pid.Robot, estimate: pid.Estimate) -> None:
+    plain = pid.identify(ur5, [_recording(ur5, 1, 0.3)], effects=["rigid_body"])
+    gain = pid.compare(plain, estimate, on=[_recording(ur5, 2)])
+    assert (gain.reduction > 50).all()
+    np.testing.assert_allclose(gain.reduction, 100 * (1 - gain.after.rms / gain.before.rms))
+    assert "better" in repr(gain)
+    same = pid.compare(estimate, estimate, on=[_recording(ur5, 2)])
+    assert "as good as" in repr(same)
+
+
+def test_models_with_other_filters_are_not_compared(ur5: pid.Robot, estimate: pid.Estimate) -> None:
+    other = pid.identify(ur5, [_recording(ur5, 1, 0.3)], filter=pid.Filter(3.0))
+    with pytest.raises(pid.InputError, match="expected one filter"):
+        pid.compare(estimate, other, on=[_recording(ur5, 2)])
