@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.effect import Array, Cone, Effect, nonnegative
+from physident.effects.effect import AddedInertia, Array, Cone, Effect, nonnegative
 from physident.robot import Robot
 from physident.signals import Signals
 
@@ -24,6 +24,11 @@ class RotorInertia(Effect):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.a.T[self.active(robot)]
+
+    def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
+        armature = np.zeros(robot.n)
+        armature[self.active(robot)] = theta
+        return AddedInertia(np.zeros(10 * robot.n), armature)
 
     def nominal(self, robot: Robot) -> Array:
         if robot.drives is None:

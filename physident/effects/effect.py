@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar, Literal, final
 
 import numpy as np
@@ -36,6 +36,15 @@ class Cone:
     kind: Literal["nonnegative", "psd"]
     map: Array
     offset: Array
+
+
+@dataclass(frozen=True, eq=False)
+class AddedInertia:
+    """Inertia that an effect adds to the plant: ``links`` (10 n,) in the order of ``Robot.nominal``, and ``armature``
+    (n,) [kg m^2|kg] felt only by a joint's own acceleration."""
+
+    links: Array
+    armature: Array
 
 
 @dataclass(frozen=True)
@@ -99,6 +108,38 @@ class Effect(ABC):
         Zero unless it says so. The sum over all effects of a joint must oppose its motion: F(v) v >= 0.
         """
         return np.zeros((len(self.columns(robot)), len(speeds)))
+
+    def inertia(self, robot: Robot, theta: Array) -> AddedInertia | None:
+        """The inertia it adds to a simulated plant, when its torque (parameters ``theta`` (k,)) is that of inertia
+        alone; None, the default, when ``torque_at`` is to be evaluated."""
+        return None
+
+    def state_size(self, robot: Robot) -> int:
+        """Number S of internal states of a simulated plant, such as a bristle's deflection for each joint; none unless
+        it says so. They start at zero."""
+        return 0
+
+    def state_rate(self, robot: Robot, signals: Signals, state: Array) -> Array:
+        """Derivative (S, N) of its internal state (S, N) at N unrelated instants."""
+        return np.zeros_like(state)
+
+    def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
+        """Structural non-zeros (E, N) as ``values``, at N unrelated instants of a simulated plant.
+
+        ``state`` (S, N) is its internal state, ``load`` (N, n) [N m|N] the torque of inertia and gravity. By default
+        ``values``: an effect overrides it where that needs the past or another effect's torque.
+        """
+        return self.values(robot, signals)
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        """What a simulated arm's instruments show of true signals, whose torque (N, n) is the drive's.
+
+        An effect on the plant changes nothing here. Any other adds its torque: exact for the torque's measurement, to
+        first order for a sensor of motion, which may override it with the map itself.
+        """
+        if self.acts_on == "plant" or signals.torque is None:
+            return signals
+        return replace(signals, torque=signals.torque + self.regressor(robot, signals) @ theta)
 
     @final
     def as_dict(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.effect import Array, Column, Cone, Effect
+from physident.effects.effect import AddedInertia, Array, Column, Cone, Effect
 from physident.errors import InputError
 from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, pseudo_inertia
 from physident.rigid_body_regressor import torque_entries, torque_pattern
@@ -39,6 +39,9 @@ class RigidBody(Effect):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return torque_entries(robot, signals.q, signals.v, signals.a)
+
+    def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
+        return AddedInertia(theta, np.zeros(robot.n))
 
     def nominal(self, robot: Robot) -> Array:
         return robot.nominal.copy()
