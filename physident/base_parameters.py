@@ -79,8 +79,7 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
     columns = tuple(column for effect in effects for column in effect.columns(robot))
     states = random_states(robot, seed)
     Y = np.concatenate([effect.regressor(robot, states) for effect in effects], axis=2)
-    R = np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")
-    return select_base(R, columns)
+    return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns)
 
 
 def random_states(robot: Robot, seed: int, count: int = STATES) -> Signals:
@@ -99,7 +98,6 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
     Unlike |R_ii| of a plain QR, a column's share is measured against the accepted columns only, so that the rounding
     noise of a dependent one cannot hide a later independent one. Raises InputError for a regressor that is all zero.
     """
-    R = np.asarray(R, dtype=float)
     size = np.linalg.norm(R, axis=0)
     if not size.any():
         raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")

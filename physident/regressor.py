@@ -66,7 +66,7 @@ class Regressor:
             factor[:, rows.columns], factor[:, p] = weight * R[:, :-1], weight * R[:, -1]
             factors.append(factor)
         R = np.zeros((p + 1, p + 1))
-        stacked = np.linalg.qr(np.concatenate(factors), mode="r")
+        stacked = np.asarray(np.linalg.qr(np.concatenate(factors), mode="r"))
         R[: len(stacked)] = stacked
         return R[:p, :p], R[:p, p], float(R[p, p] ** 2)
 
@@ -74,7 +74,7 @@ class Regressor:
     def _joint_factors(self) -> list[Array]:
         if not hasattr(self, "_factors"):
             factors = [
-                np.linalg.qr(np.column_stack([rows.values, tau]), mode="r")
+                np.asarray(np.linalg.qr(np.column_stack([rows.values, tau]), mode="r"))
                 for rows, tau in zip(self.joints, self.torque.T, strict=True)
             ]
             object.__setattr__(self, "_factors", factors)

@@ -51,7 +51,7 @@ class Filter:
             raise InputError(
                 f"cutoff {self.cutoff:g} Hz is too high for data at {rate:g} Hz; expected below {0.4 * rate:.3g} Hz"
             )
-        return firwin(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, fs=rate)
+        return np.asarray(firwin(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, fs=rate))
 
     def delay(self, rate: float) -> int:
         """Half the filter's length, in kept rows."""
@@ -101,7 +101,7 @@ class Signals:
         arrays = [np.atleast_2d(np.asarray(x, dtype=float)) for x in (q, v, a)]
         if len({x.shape for x in arrays}) != 1:
             raise InputError(f"q, v, a have shapes {[x.shape for x in arrays]}, expected one shape (N, n)")
-        return Signals(np.arange(len(arrays[0]), dtype=float), *arrays)
+        return Signals(np.arange(len(arrays[0]), dtype=float), arrays[0], arrays[1], arrays[2])
 
     @property
     def segments(self) -> list[slice]:
@@ -140,29 +140,45 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
     step = float(np.median(np.diff(recording.time)))
     rate = filter.rate or round(1 / step, 3)
     filter.taps(rate)
-    torque = recording.torque
-    parts: list[list[Array | None]] = []
+    parts: list[Signals] = []
     for rows in _contiguous(recording, step, filter):
         time = recording.time[rows]
-        count = int((time[-1] - time[0]) * rate) + 1
-        if filter.kept(count, rate) == 0:
-            continue
-        clock = time[0] + np.arange(count) / rate
-        q, dq, tau, warmth = (
-            _resample(clock, time, x, rows) for x in (recording.q, recording.dq, torque, recording.temperature)
-        )
-        assert q is not None
-        v = _derivative(q, 1, rate, filter) if dq is None else dq
-        a = _derivative(q, 2, rate, filter) if dq is None else _derivative(dq, 1, rate, filter)
-        parts.append([clock, q, v, a, tau, warmth])
+        count = int((time[-1] - time[0]) * rate + 1e-6) + 1
+        if filter.kept(count, rate):
+            parts.append(_uniform(recording, rows, time[0] + np.arange(count) / rate, rate, filter))
     if not parts:
         need = len(filter.taps(rate)) / rate
         raise InputError(
-            f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s); use a higher cutoff or a better recording"
+            f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s);"
+            " use a higher cutoff or a better recording"
         )
-    starts = np.concatenate([[0], np.cumsum([len(part[0]) for part in parts])[:-1]])  # pyright: ignore[reportArgumentType]
-    merged = [None if parts[0][k] is None else np.concatenate([part[k] for part in parts]) for k in range(6)]  # pyright: ignore[reportCallIssue, reportArgumentType]
-    return Signals(*merged, tuple(int(s) for s in starts), rate, recording.source)  # pyright: ignore[reportArgumentType]
+    return _joined(parts, rate, recording.source)
+
+
+def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
+    """One contiguous part of a recording on a uniform clock."""
+
+    def resampled(values: Array) -> Array:
+        time = recording.time[rows]
+        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
+
+    q = resampled(recording.q)
+    v = _derivative(q, 1, rate, filter) if recording.dq is None else resampled(recording.dq)
+    a = _derivative(q, 2, rate, filter) if recording.dq is None else _derivative(v, 1, rate, filter)
+    warmth = None if recording.temperature is None else resampled(recording.temperature)
+    return Signals(clock, q, v, a, resampled(recording.torque), warmth, rate=rate)
+
+
+def _joined(parts: Sequence[Signals], rate: float, source: str) -> Signals:
+    """Parts one after another; each is a segment."""
+
+    def joined(name: str) -> Array | None:
+        arrays = [getattr(part, name) for part in parts]
+        return None if arrays[0] is None else np.concatenate(arrays)
+
+    time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
+    starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
+    return Signals(time, q, v, a, joined("torque"), joined("temperature"), starts, rate, source)
 
 
 def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:
@@ -173,12 +189,6 @@ def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[s
     return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
 
-def _resample(clock: Array, time: Array, values: Array | None, rows: slice) -> Array | None:
-    if values is None:
-        return None
-    return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
-
-
 def _derivative(values: Array, order: int, rate: float, filter: Filter) -> Array:
     from scipy.signal import savgol_filter
 
@@ -186,4 +196,4 @@ def _derivative(values: Array, order: int, rate: float, filter: Filter) -> Array
     # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
     half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
     half = min(half, (len(values) - 1) // 2)
-    return savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0)
+    return np.asarray(savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0))

@@ -6,7 +6,7 @@ from typing import Any
 
 MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E73"
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-SETTINGS = {
+SETTINGS: Any = {
     "figure.dpi": 110,
     "font.size": 9,
     "axes.grid": True,
