@@ -27,6 +27,10 @@ _PUBLIC = {
     "Trajectory": "excitation.trajectory",
     "load_trajectory": "excitation.trajectory",
     "random_trajectory": "excitation.trajectory",
+    "UrdfExport": "export.urdf",
+    "export_urdf": "export.urdf",
+    "export_python": "export.python",
+    "export_parameters": "export.parameters",
     "Inspection": "inspection",
     "inspect_recording": "inspection",
     "Model": "model",
@@ -57,6 +61,9 @@ if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate, load_estimate
     from physident.estimation.identify import identify
     from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
+    from physident.export.parameters import export_parameters
+    from physident.export.python import export_python
+    from physident.export.urdf import UrdfExport, export_urdf
     from physident.inspection import Inspection, inspect_recording
     from physident.model import Model
     from physident.recording import Recording, load_recording, load_recordings

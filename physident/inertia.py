@@ -35,10 +35,9 @@ def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
     """
     if np.linalg.eigvalsh(pseudo_inertia(phi))[0] >= -tolerance * max(1e-3, float(np.abs(phi).max())):
         return []
-    m, c = phi[0], phi[1:4]
-    if m <= 0:
-        return [f"mass {m:.4g} kg is not positive"]
-    inertia = inertia_tensor(phi) - (c @ c * np.eye(3) - np.outer(c, c)) / m
+    if phi[0] <= 0:
+        return [f"mass {phi[0]:.4g} kg is not positive"]
+    _, inertia = about_centre(phi)
     principal = np.linalg.eigvalsh(inertia)
     values = ", ".join(f"{x:.4g}" for x in principal)
     broken = []
@@ -53,6 +52,12 @@ def inertia_tensor(phi: Array) -> Array:
     """Inertia tensor (3, 3) [kg m^2] about the link frame's origin, of ten link parameters (10,)."""
     ixx, ixy, iyy, ixz, iyz, izz = phi[4:]
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+def about_centre(phi: Array) -> tuple[Array, Array]:
+    """Centre of mass (3,) [m] and inertia tensor (3, 3) [kg m^2] about it, of ten parameters (10,) with a mass."""
+    m, c = phi[0], phi[1:4] / phi[0]
+    return c, inertia_tensor(phi) - m * (c @ c * np.eye(3) - np.outer(c, c))
 
 
 def nearest_physical(phi: Array, floor: float = 1e-6) -> Array:

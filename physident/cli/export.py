@@ -1,0 +1,44 @@
+"""physident export: the identified model for simulators and other programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import ModelOption, app
+from physident.errors import InputError
+
+
+@app.command()
+def export(
+    model: ModelOption,
+    urdf: Annotated[Path | None, typer.Option("--urdf", help="Write the robot's URDF with identified values.")] = None,
+    json_out: Annotated[Path | None, typer.Option("--json", help="Write parameters with units and intervals.")] = None,
+    python: Annotated[Path | None, typer.Option("--python", help="Write torque(q, v, a), which needs numpy.")] = None,
+) -> None:
+    """Write an identified model as a URDF, a table of parameters (JSON) or a Python function."""
+    from physident.estimation.estimate import load_estimate
+    from physident.export.parameters import parameters_of
+    from physident.export.python import python_of
+    from physident.export.urdf import urdf_of
+    from physident.files import write_text
+
+    if urdf is None and json_out is None and python is None:
+        raise InputError("nothing to write, expected --urdf out.urdf, --json out.json or --python out.py")
+    estimate = load_estimate(model)
+    texts: dict[Path, str] = {}  # all made before any is written
+    made = None if urdf is None else urdf_of(estimate.model)
+    if urdf is not None and made is not None:
+        texts[urdf] = made.text
+    if json_out is not None:
+        texts[json_out] = json.dumps(parameters_of(estimate), indent=1, allow_nan=False) + "\n"
+    if python is not None:
+        texts[python] = python_of(estimate.model)
+    for path, text in texts.items():
+        write_text(path, text)
+    if made is not None:
+        typer.echo(repr(made))
+    typer.echo(f"written: {', '.join(map(str, texts))}")

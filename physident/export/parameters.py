@@ -1,0 +1,86 @@
+"""The identified parameters as JSON: values, units, intervals, and every link as a body with a centre of mass."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.estimation.estimate import Estimate
+from physident.export.urdf import link_parameters_of
+from physident.files import write_text
+from physident.inertia import about_centre, violations
+
+SCHEMA = "physident.parameters/1"
+NORMAL_95 = 1.959963984540054  # standard errors either side of a 95 % interval
+
+
+def export_parameters(estimate: Estimate, path: str | Path) -> None:
+    """Write an estimate's parameters with units and 95 % intervals as JSON; raises InputError where it cannot."""
+    write_text(path, json.dumps(parameters_of(estimate), indent=1, allow_nan=False) + "\n")
+
+
+def parameters_of(estimate: Estimate) -> dict[str, Any]:
+    """Parameters, base parameters, links and what the torque was measured with, as JSON can hold them.
+
+    ``interval`` [low, high] covers 95 %; null where torques show a parameter only in a sum: that sum is among
+    ``base_parameters``, with its own interval.
+    """
+    model = estimate.model
+    return {
+        "schema": SCHEMA,
+        "robot": model.robot.name,
+        "joints": list(model.robot.joint_names),
+        "method": estimate.method,
+        "gravity_m_s2": list(model.robot.gravity),
+        "parameters": _parameters(estimate),
+        "base_parameters": _base_parameters(estimate),
+        "links": _links(estimate),
+        "drive_gains_Nm_A": estimate.drive_gains and list(estimate.drive_gains),
+        "cutoff_Hz": estimate.filter.cutoff,
+        "recordings": [{"path": source.path, "sha256": source.sha256} for source in estimate.sources],
+    }
+
+
+def _parameters(estimate: Estimate) -> list[dict[str, Any]]:
+    return [
+        {"name": c.name, "effect": c.effect, "joint": c.joint, "unit": c.unit, **_uncertain(value, std)}
+        for c, value, std in zip(estimate.model.columns, estimate.theta, estimate.standard_errors, strict=True)
+    ]
+
+
+def _base_parameters(estimate: Estimate) -> list[dict[str, Any]]:
+    base = estimate.base
+    units = [base.columns[i].unit for i in base.independent]
+    errors = np.sqrt(np.diag(estimate.covariance))
+    return [
+        {"expression": text, "unit": unit, **_uncertain(value, std)}
+        for text, unit, value, std in zip(base.expressions(), units, base.values(estimate.theta), errors, strict=True)
+    ]
+
+
+def _uncertain(value: float, std: float) -> dict[str, Any]:
+    known = bool(np.isfinite(std))
+    interval = [float(value - NORMAL_95 * std), float(value + NORMAL_95 * std)] if known else None
+    return {"value": float(value), "std": float(std) if known else None, "interval": interval}
+
+
+def _links(estimate: Estimate) -> list[dict[str, Any]]:
+    """Each link's mass, centre of mass and inertia about it, in its joint's frame; null where its mass is not positive."""
+    if not any(effect.name == "rigid_body" for effect in estimate.model.effects):
+        return []
+    links = []
+    for number, phi in enumerate(link_parameters_of(estimate.model), 1):
+        centre, inertia = about_centre(phi) if phi[0] > 0 else (None, None)
+        links.append(
+            {
+                "link": number,
+                "mass_kg": float(phi[0]),
+                "centre_of_mass_m": None if centre is None else centre.tolist(),
+                "inertia_about_centre_kg_m2": None if inertia is None else inertia.tolist(),
+                "not_physical": violations(phi),
+            }
+        )
+    return links

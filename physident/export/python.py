@@ -1,0 +1,159 @@
+"""A model as a Python function of its own: one file that needs numpy and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.effect import Effect
+from physident.effects.rigid_body import RigidBody
+from physident.errors import InputError
+from physident.files import write_text
+from physident.model import Model
+from physident.robot import Robot
+
+Array = NDArray[np.float64]
+FORMULAS: Mapping[str, str] = {  # torque of one unit of each parameter, as the effect's own ``values`` gives it
+    "rotor_inertia": "a",
+    "viscous_friction": "v",
+    "coulomb_friction": "np.tanh(v / {smoothing!r})",
+    "torque_offset": "np.ones_like(v)",
+}
+
+RIGID_BODY = '''
+def rigid_body(q, v, a):
+    """Inertial, Coriolis, centrifugal and gravity torques; arguments as in ``torque``."""
+    zero = np.zeros((*q.shape[:-1], 3))
+    bodies, wrenches = [], []
+    for i, (kind, parent, axis, rotation, translation) in enumerate(JOINTS):
+        w0, alpha0, acc0 = bodies[parent][:3] if parent >= 0 else (zero, zero, zero - GRAVITY)
+        turns = kind == "revolute"
+        s, qi, vi, ai = axis, q[..., i, None], v[..., i, None], a[..., i, None]
+        R = rotation @ _turn(axis, q[..., i]) if turns else rotation + np.zeros((*q.shape[:-1], 3, 3))
+        arm = translation + zero if turns else translation + qi * (rotation @ s)
+        acc = _into(R, acc0 + np.cross(alpha0, arm) + np.cross(w0, np.cross(w0, arm)))
+        w, alpha = _into(R, w0), _into(R, alpha0)
+        if turns:
+            alpha = alpha + s * ai + np.cross(w, s * vi)
+            w = w + s * vi
+        else:
+            acc = acc + s * ai + 2 * np.cross(w, s * vi)
+        bodies.append((w, alpha, acc, R, arm))
+        m, h, I = LINKS[i, 0], LINKS[i, 1:4], INERTIAS[i]
+        force = m * acc + np.cross(alpha, h) + np.cross(w, np.cross(w, h))
+        moment = np.cross(h, acc) + alpha @ I + np.cross(w, w @ I)
+        wrenches.append((force, moment))
+    tau = np.empty(q.shape)
+    for i, (kind, parent, axis, _, _) in reversed(list(enumerate(JOINTS))):
+        force, moment = wrenches[i]
+        tau[..., i] = (moment if kind == "revolute" else force) @ axis
+        if parent >= 0:
+            R, arm = bodies[i][3:]
+            force, moment = _out_of(R, force), _out_of(R, moment)
+            wrenches[parent] = (wrenches[parent][0] + force, wrenches[parent][1] + moment + np.cross(arm, force))
+    return tau
+
+
+def _turn(axis, angle):
+    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + np.sin(angle)[..., None, None] * K + (1 - np.cos(angle))[..., None, None] * (K @ K)
+
+
+def _into(R, x):
+    return np.einsum("...ji,...j->...i", R, x)
+
+
+def _out_of(R, x):
+    return np.einsum("...ij,...j->...i", R, x)
+'''
+
+
+def export_python(model: Model, path: str | Path) -> None:
+    """Write a Python file with ``torque(q, v, a)`` equal to ``Model.torque``; needs numpy only where it is used.
+
+    Raises InputError as ``python_of`` does, and for a place that cannot be written.
+    """
+    write_text(path, python_of(model))
+
+
+def python_of(model: Model) -> str:
+    """Source text of the model's torque as a function of q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2], (n,) or (N, n).
+
+    Raises InputError, naming it, for an effect whose torque is no function of the present q, v, a.
+    """
+    _refuse_unknown(model)
+    robot = model.robot
+    lines, rigid, at = [], "", 0
+    for effect in model.effects:
+        count = len(effect.columns(robot))
+        theta, at = model.theta[at : at + count], at + count
+        if isinstance(effect, RigidBody):
+            rigid = _constants(robot, theta) + "\n" + RIGID_BODY
+            lines.append("tau = tau + rigid_body(q, v, a)")
+        else:
+            lines.append(_line(effect, robot, theta))
+    names = ", ".join(robot.joint_names)
+    body = "\n    ".join(lines)
+    return f'''"""Joint torques of {_plain(robot.name)}, identified with physident; needs numpy only.
+
+Joints in order: {_plain(names)}.
+"""
+
+import numpy as np
+{rigid}
+
+def torque(q, v, a):
+    """Joint torques [N m|N] at positions q [rad|m], velocities v [rad/s|m/s], accelerations a; each (n,) or (N, n)."""
+    q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
+    if not q.shape == v.shape == a.shape or q.shape[-1:] != ({robot.n},):
+        raise ValueError(f"q, v, a have shapes {{q.shape}}, {{v.shape}}, {{a.shape}}; expected ({robot.n},) or (N, {robot.n})")
+    tau = np.zeros(q.shape)
+    {body}
+    return tau
+'''
+
+
+def _refuse_unknown(model: Model) -> None:
+    unknown = [effect.name for effect in model.effects if effect.name not in FORMULAS and effect.name != RigidBody.name]
+    if unknown:
+        raise InputError(
+            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected a model of rigid_body, {', '.join(FORMULAS)}: identify one with --effects"
+        )
+
+
+def _line(effect: Effect, robot: Robot, theta: Array) -> str:
+    gains = np.zeros(robot.n)
+    gains[effect.active(robot)] = theta
+    settings = {key: value for key, value in effect.as_dict().items() if key not in ("effect", "joints")}
+    formula = FORMULAS[effect.name].format(**settings)
+    return f"tau = tau + np.array({gains.tolist()!r}) * {formula}  # {effect.name} [{effect.unit}]"
+
+
+def _constants(robot: Robot, theta: Array) -> str:
+    rows = [
+        f"    ({j.kind!r}, {j.parent}, np.array({j.axis.tolist()!r}), np.array({j.rotation.tolist()!r}), np.array({j.translation.tolist()!r})),"
+        for j in robot.joints
+    ]
+    links = "\n".join(f"    {row!r}," for row in theta.reshape(robot.n, 10).tolist())
+    return "\n".join(
+        [
+            "",
+            f"GRAVITY = np.array({list(map(float, robot.gravity))!r})  # m/s^2, in the base frame",
+            "JOINTS = (  # kind, joint before it (-1: base), axis, rotation and translation [m] of its frame in that one's",
+            *rows,
+            ")",
+            "LINKS = np.array([  # m [kg], m c [kg m], Ixx Ixy Iyy Ixz Iyz Izz [kg m^2] about the joint frame's origin",
+            links,
+            "])",
+            "INERTIAS = LINKS[:, [4, 5, 7, 5, 6, 8, 7, 8, 9]].reshape(-1, 3, 3)",
+            "",
+        ]
+    )
+
+
+def _plain(text: str) -> str:
+    """A name that cannot end the docstring it stands in."""
+    return text.replace("\\", "/").replace('"', "'")

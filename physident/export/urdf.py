@@ -1,0 +1,162 @@
+"""An identified model back into the robot's URDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+from physident.export.urdf_edit import Element, edit_urdf, parse_elements
+from physident.files import write_text
+from physident.inertia import about_centre, violations
+from physident.model import Model
+from physident.robot import STANDARD_GRAVITY
+
+Array = NDArray[np.float64]
+DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # what URDF's <dynamics> means, by effect
+
+
+@dataclass(frozen=True)
+class UrdfExport:
+    """A URDF that holds an identified model, and what it cannot hold.
+
+    ``links`` (n,) names the link that carries each joint's identified inertia; ``merged`` the links fixed to it, whose
+    inertia is in its; ``inexpressible`` one sentence for each part of the model that a URDF has no place for.
+    """
+
+    text: str
+    links: tuple[str, ...]
+    merged: tuple[tuple[str, ...], ...]
+    inexpressible: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        rows = ["joint  link with the identified inertia   links fixed to it, inertia now in its"]
+        for number, (link, others) in enumerate(zip(self.links, self.merged, strict=True), 1):
+            rows.append(f"{number:5d}  {link:<34}  {', '.join(others) or '-'}")
+        rows += [f"not expressible in URDF: {text}" for text in self.inexpressible]
+        return "\n".join(rows)
+
+
+def export_urdf(model: Model, path: str | Path) -> UrdfExport:
+    """Write a model's links, joint damping and friction into its robot's URDF; the rest of the file is kept.
+
+    Raises InputError, naming links, as ``urdf_of`` does, and for a place that cannot be written.
+    """
+    made = urdf_of(model)
+    write_text(path, made.text)
+    return made
+
+
+def urdf_of(model: Model) -> UrdfExport:
+    """The model as URDF: the inertia of all bodies fixed to one joint goes to that joint's child link.
+
+    The other links of such a lump lose their ``<inertial>``; links fixed to the base keep theirs, which no joint torque
+    shows. Raises InputError for a link that no rigid body can be, naming it and the condition it breaks.
+    """
+    robot = model.robot
+    root = parse_elements(robot.urdf)
+    child, lumps = _lumps(root)
+    parameters = link_parameters_of(model)
+    links = tuple(child[name] for name in robot.joint_names)
+    _refuse_unphysical(parameters, links, robot.joint_names)
+    inertials: dict[str, str | None] = {}
+    merged = []
+    for link, phi in zip(links, parameters, strict=True):
+        others = [other for other in lumps[link] if other != link]
+        inertials |= dict.fromkeys(others) | {link: _inertial(phi) if phi.any() else None}
+        merged.append(tuple(other for other in others if _has_inertial(root, other)))
+    dynamics, negative = _dynamics(model)
+    text = edit_urdf(robot.urdf, inertials, dynamics)
+    return UrdfExport(text, links, tuple(merged), (*_inexpressible(model), *negative))
+
+
+def link_parameters_of(model: Model) -> Array:
+    """Ten parameters (n, 10) [kg, kg m, kg m^2] of each link as the model's effects add them up.
+
+    Raises InputError for a model without rigid bodies.
+    """
+    return model.parameters("rigid_body").reshape(model.robot.n, 10)
+
+
+def _lumps(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
+    """The child link of each moving joint, and for each such link all links that move with it, itself included."""
+    above = {}
+    child = {}
+    for joint in root.find_all("joint"):
+        parent, below = (joint.find_all(end)[0].attributes["link"] for end in ("parent", "child"))
+        if joint.attributes.get("type") == "fixed":
+            above[below] = parent
+        else:
+            child[joint.attributes["name"]] = below
+    lumps: dict[str, list[str]] = {link: [] for link in child.values()}
+    for link in (element.attributes["name"] for element in root.find_all("link")):
+        top = link
+        while top in above:
+            top = above[top]
+        if top in lumps:
+            lumps[top].append(link)
+    return child, lumps
+
+
+def _has_inertial(root: Element, name: str) -> bool:
+    return any(link.attributes["name"] == name and link.find_all("inertial") for link in root.find_all("link"))
+
+
+def _refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
+    broken = [
+        f"link {i} ({link}, moved by {joint}): {'; '.join(conditions)}"
+        for i, (phi, link, joint) in enumerate(zip(parameters, links, joints, strict=True), 1)
+        if phi.any() and (conditions := violations(phi) or _weightless(phi))
+    ]
+    if broken:
+        raise InputError(
+            f"not a robot a simulator can run: {'. '.join(broken)}. Torques fix only sums of such parameters; identify with method physical, which keeps every link physical"
+        )
+
+
+def _weightless(phi: Array) -> list[str]:
+    """A body without mass has no inertia to write: within rounding of zero it is not caught by its eigenvalues."""
+    return [] if phi[0] > 0 else [f"mass {phi[0]:.4g} kg is not positive, but its other parameters are not zero"]
+
+
+def _inertial(phi: Array) -> str:
+    """The ``<inertial>`` element of ten link parameters: about the centre of mass, axes along the link's."""
+    m = phi[0]
+    c, I = about_centre(phi)  # noqa: E741
+    values = {"ixx": I[0, 0], "ixy": I[0, 1], "ixz": I[0, 2], "iyy": I[1, 1], "iyz": I[1, 2], "izz": I[2, 2]}
+    tensor = " ".join(f'{key}="{_number(value)}"' for key, value in values.items())
+    return (
+        f'<inertial>\n  <origin xyz="{" ".join(map(_number, c))}" rpy="0 0 0"/>\n  <mass value="{_number(m)}"/>\n'
+        f"  <inertia {tensor}/>\n</inertial>"
+    )
+
+
+def _number(value: float) -> str:
+    return repr(float(value) + 0.0)
+
+
+def _dynamics(model: Model) -> tuple[dict[str, dict[str, str]], list[str]]:
+    """Attributes of each joint's ``<dynamics>``, and a sentence for each value that URDF does not allow."""
+    result: dict[str, dict[str, str]] = {}
+    negative = []
+    for column, value in zip(model.columns, model.theta, strict=True):
+        if column.effect in DYNAMICS:
+            if value < 0:
+                negative.append(f"{column.name} = {value:.4g} {column.unit} is negative; written as 0")
+            joint = model.robot.joint_names[column.joint - 1]
+            result.setdefault(joint, {})[DYNAMICS[column.effect]] = _number(max(0.0, value))
+    return result, negative
+
+
+def _inexpressible(model: Model) -> list[str]:
+    texts = []
+    for effect in model.effects:
+        if effect.name != "rigid_body" and effect.name not in DYNAMICS:
+            values = ", ".join(f"{value:.4g}" for value in model.parameters(effect.name))
+            texts.append(f"{effect.name} [{effect.unit}] {values}")
+    if tuple(model.robot.gravity) != STANDARD_GRAVITY:
+        texts.append(f"gravity {list(model.robot.gravity)} m/s^2 in the base frame: set it in the simulator")
+    return texts

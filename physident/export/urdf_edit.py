@@ -1,0 +1,123 @@
+"""Replacing the inertia of links and the dynamics of joints in a URDF text, every other byte kept as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+INDENT = "  "
+
+
+@dataclass
+class Element:
+    """An element and its place in the encoded text: from ``start`` up to ``stop``, its end tag from ``end`` on.
+
+    An element without an end tag (``<link name="tool0"/>``) has ``end`` equal to ``stop``.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    start: int
+    end: int = 0
+    stop: int = 0
+    children: list[Element] = field(default_factory=list)
+
+    def find_all(self, tag: str) -> list[Element]:
+        """Children of one tag."""
+        return [child for child in self.children if child.tag == tag]
+
+
+@dataclass(frozen=True)
+class _Edit:
+    start: int
+    stop: int
+    text: str
+
+
+def parse_elements(text: str) -> Element:
+    """The root element of a well-formed XML text, with the place of every element in its UTF-8 encoding."""
+    data = text.encode("utf-8")
+    parser = expat.ParserCreate("utf-8")
+    top = Element("", {}, 0)
+    open_elements = [top]
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes, parser.CurrentByteIndex)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def finish(tag: str) -> None:
+        element, at = open_elements.pop(), parser.CurrentByteIndex
+        name = tag.encode("utf-8")
+        closes = data.startswith(b"</" + name, at) and data[at + 2 + len(name) :][:1] in (
+            b">",
+            b" ",
+            b"\n",
+            b"\t",
+            b"\r",
+        )
+        element.end, element.stop = at, data.index(b">", at) + 1 if closes else at
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, finish
+    parser.Parse(data, True)
+    return top.children[0]
+
+
+def edit_urdf(text: str, inertials: Mapping[str, str | None], dynamics: Mapping[str, Mapping[str, str]]) -> str:
+    """The URDF text with other inertia and dynamics.
+
+    ``inertials`` gives for a link's name its new ``<inertial>`` element, None to take it out; ``dynamics`` gives for a
+    joint's name the attributes of ``<dynamics>`` to set. Links and joints not named keep every byte.
+    """
+    data = text.encode("utf-8")
+    root = parse_elements(text)
+    edits: list[_Edit] = []
+    for link in root.find_all("link"):
+        if (name := link.attributes.get("name", "")) in inertials:
+            edits += _child_edits(data, link, "inertial", inertials[name])
+    for joint in root.find_all("joint"):
+        if settings := dynamics.get(joint.attributes.get("name", "")):
+            old = joint.find_all("dynamics")
+            merged = (old[0].attributes if old else {}) | dict(settings)
+            written = " ".join(f"{key}={quoteattr(value)}" for key, value in merged.items())
+            edits += _child_edits(data, joint, "dynamics", f"<dynamics {written}/>")
+    for edit in sorted(edits, key=lambda e: e.start, reverse=True):
+        data = data[: edit.start] + edit.text.encode("utf-8") + data[edit.stop :]
+    return data.decode("utf-8")
+
+
+def _child_edits(data: bytes, parent: Element, tag: str, new: str | None) -> list[_Edit]:
+    """Edits that leave ``new`` as the only child of its tag, or none."""
+    old = parent.find_all(tag)
+    if new is None:
+        return [_without_line(data, element) for element in old]
+    if old:
+        margin = _margin(data, old[0].start)
+        replaced = _Edit(old[0].start, old[0].stop, new.replace("\n", "\n" + margin))
+        return [replaced, *(_without_line(data, element) for element in old[1:])]
+    outer = _margin(data, parent.start)
+    inner = outer + INDENT
+    block = f"{inner}{new}".replace("\n", "\n" + inner)
+    if parent.end == parent.stop:  # <link name="tool0"/> is opened to hold a child
+        slash = data.rindex(b"/", parent.start, parent.stop)
+        return [_Edit(slash, parent.stop, f">\n{block}\n{outer}</{parent.tag}>")]
+    line = data.rfind(b"\n", 0, parent.end) + 1
+    if data[line : parent.end].strip():
+        return [_Edit(parent.end, parent.end, f"\n{block}\n{outer}")]
+    return [_Edit(line, line, f"{block}\n")]
+
+
+def _margin(data: bytes, at: int) -> str:
+    """The white space before an element, where it is the first on its line."""
+    before = data[data.rfind(b"\n", 0, at) + 1 : at]
+    return before.decode("utf-8") if not before.strip() else ""
+
+
+def _without_line(data: bytes, element: Element) -> _Edit:
+    """The edit that takes an element out, with its line where it stands alone on it."""
+    start = data.rfind(b"\n", 0, element.start) + 1
+    stop = data.find(b"\n", element.stop) + 1
+    alone = stop > 0 and not data[start : element.start].strip() and not data[element.stop : stop].strip()
+    return _Edit(start, stop, "") if alone else _Edit(element.start, element.stop, "")
