@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,15 +71,13 @@ class Regressor:
         R[: len(stacked)] = stacked
         return R[:p, :p], R[:p, p], float(R[p, p] ** 2)
 
-    @property
+    @cached_property
     def _joint_factors(self) -> list[Array]:
-        if not hasattr(self, "_factors"):
-            factors = [
-                np.asarray(np.linalg.qr(np.column_stack([rows.values, tau]), mode="r"))
-                for rows, tau in zip(self.joints, self.torque.T, strict=True)
-            ]
-            object.__setattr__(self, "_factors", factors)
-        return self._factors  # pyright: ignore[reportAttributeAccessIssue]
+        """The R factor of each joint's rows with the torque as last column: weights scale it, they do not change it."""
+        return [
+            np.asarray(np.linalg.qr(np.column_stack([rows.values, tau]), mode="r"))
+            for rows, tau in zip(self.joints, self.torque.T, strict=True)
+        ]
 
 
 def build_regressor(
