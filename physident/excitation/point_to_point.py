@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -72,10 +71,9 @@ class PointToPoint(Motion):
             self._moves[move], distance[move, None], where=distance[move, None] > 0, out=0 * self._moves[move]
         )
         along = share * rise[:, None]
-        rate = 1 / float(time[1] - time[0]) if len(time) > 1 else math.nan
         return Signals(
             time, self.points[move] + along * path[:, None], along * pace[:, None], along * change[:, None],
-            rate=rate, source="trajectory",
+            source="trajectory",
         )  # fmt: skip
 
     def extent(self) -> Extent:

@@ -95,8 +95,7 @@ class Trajectory(Motion):
         v = cosine @ (omega * self.a).T + sine @ (omega * self.b).T
         a = cosine @ (omega**2 * self.b).T - sine @ (omega**2 * self.a).T
         moving = ((time >= 0) & (time <= self.duration))[:, None]
-        rate = 1 / float(time[1] - time[0]) if len(time) > 1 else math.nan
-        return Signals(time, q, v * moving, a * moving, rate=rate, source="trajectory")
+        return Signals(time, q, v * moving, a * moving, source="trajectory")
 
     def extent(self) -> Extent:
         """The widest positions, speeds and accelerations of a period, bounds that hold between the nodes too.
