@@ -101,7 +101,7 @@ def main() -> None:
     effects = pid.make_effects(["rigid_body"])
     s = make_signals(robot, SAMPLES)
     torque_pattern(robot)  # building the expression once is not part of a run
-    R, steps = plain_way(robot, s, filter)
+    _, steps = plain_way(robot, s, filter)
     for _ in range(REPEATS - 1):
         steps = {name: min(value, plain_way(robot, s, filter)[1][name]) for name, value in steps.items()}
     ours = best(lambda: our_way(robot, effects, s, filter))
