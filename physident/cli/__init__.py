@@ -13,7 +13,7 @@ from physident.errors import PhysidentError, PhysidentWarning
 
 # typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
 CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
-VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters", "export")
+VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters", "export", "simulate")
 for _verb in VERBS:
     importlib.import_module(f"physident.cli.{_verb}")
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
+from physident.files import write_with
 from physident.formats.table import MAX_CELLS, MAX_COLUMNS, Table
 from physident.recording import BadRow
 
@@ -40,6 +41,12 @@ def read_csv(path: Path) -> Table:
     bad = {row.row for row in rejected}
     rows = np.array([r for r in range(1 + header, 1 + header + len(values) + len(bad)) if r not in bad], dtype=np.intp)
     return Table(values, rows, tuple(fields) if header else None, tuple(rejected))
+
+
+def write_csv(path: str | Path, table: Table) -> None:
+    """Write a table with its header as CSV, ten digits a number, whole or not at all."""
+    header = ",".join(table.names or ())
+    write_with(path, lambda file: np.savetxt(file, table.values, "%.10g", delimiter=",", header=header, comments=""))
 
 
 class _NotNumeric(Exception):

@@ -1,0 +1,148 @@
+"""One implicit step of the plant: Radau IIA collocation, solved for the accelerations by Newton's method.
+
+Three stages, order five, L-stable and algebraically stable: dry friction and stiff controllers are damped, not
+resolved, and friction that is monotone in velocity cannot feed energy into the motion at any step. The stages satisfy the equation of
+motion itself, not a solved form of it, so that an effect may depend on the acceleration or on the load. Source: Hairer
+and Wanner, "Solving Ordinary Differential Equations II" (1996), table IV.5.6 and theorem IV.12.9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+
+from physident.simulation.controllers import Law
+from physident.simulation.plant import Instants, Plant
+
+Array = NDArray[np.float64]
+ExtraTorque = Callable[[float, Array, Array], Array]
+ROOT6 = 6**0.5
+NODES = np.array([(4 - ROOT6) / 10, (4 + ROOT6) / 10, 1.0])
+WEIGHTS = np.array(
+    [
+        [(88 - 7 * ROOT6) / 360, (296 - 169 * ROOT6) / 1800, (-2 + 3 * ROOT6) / 225],
+        [(296 + 169 * ROOT6) / 1800, (88 + 7 * ROOT6) / 360, (-2 - 3 * ROOT6) / 225],
+        [(16 - ROOT6) / 36, (16 + ROOT6) / 36, 1 / 9],
+    ]
+)
+WEIGHTS2 = WEIGHTS @ WEIGHTS
+# the polynomial through the rates of one step, continued over the next: where Newton's method starts
+CONTINUED = np.vander(1 + NODES, 3) @ np.linalg.inv(np.vander(NODES, 3))
+ITERATIONS = 12
+BACKTRACKS = 6
+SETTLED = 1e-8  # rad/s: the change of velocity over a step at which Newton's method ends
+(gesv,) = get_lapack_funcs(("gesv",), (WEIGHTS,))
+DIFFERENCE = 1e-6  # rad/s and the states' unit, small beside any friction law's width
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The plant at one instant: ``q``, ``v`` (n,), the effects' ``z`` (S,) and the ``rates`` (3, n + S) of the step that
+    led there: accelerations and derivatives of z at its three nodes."""
+
+    q: Array
+    v: Array
+    z: Array
+    rates: Array
+
+
+class Stepper:
+    """Advances a plant under a control law and an external torque."""
+
+    def __init__(self, plant: Plant, law: Law, extra: ExtraTorque | None) -> None:
+        self.plant, self.law, self.extra = plant, law, extra
+        n, S = plant.n, plant.states
+        self.n, self.m = n, n + S
+        # instants evaluated together at each stage: the state itself, then each velocity, z, acceleration moved a little
+        moved = 1 + self.m + (n if plant.feels_acceleration else 0)
+        shift = np.zeros((moved, 2 * n + S))
+        shift[1:, : moved - 1] = DIFFERENCE * np.eye(2 * n + S)[: moved - 1, : moved - 1]
+        self.moved, self.dv, self.dz, self.da = moved, shift[:, :n], shift[:, n : n + S], shift[:, n + S :]
+
+    def step(self, state: State, time: float, h: float, plan: Array) -> State | None:
+        """The state a step h [s] later, or None where Newton's method does not settle.
+
+        ``plan`` (4, 3, n) is the law's plan at the three nodes.
+        """
+        for guess in (CONTINUED @ state.rates, np.tile(state.rates[-1], (3, 1))):
+            rates = self._solve(state, time, h, plan, guess)
+            if rates is not None:
+                n = self.n
+                q = state.q + h * state.v + h**2 * (WEIGHTS2[2] @ rates[:, :n])
+                v = state.v + h * (WEIGHTS[2] @ rates[:, :n])
+                return State(q, v, state.z + h * (WEIGHTS[2] @ rates[:, n:]), rates)
+        return None
+
+    def _solve(self, state: State, time: float, h: float, plan: Array, rates: Array) -> Array | None:
+        M = self.plant.inertia(state.q)
+        size = np.concatenate([np.abs(np.diag(M)), np.ones(self.plant.states)])
+        least = max(h, 1e-3)
+        residual, J = self._residual(state, time, h, plan, rates, M)
+        error = np.abs(residual / size).max()
+        for _ in range(ITERATIONS):
+            if not np.isfinite(error):
+                return None
+            change, failed = gesv(J, residual.ravel())[2:]
+            if failed:
+                return None
+            change = change.reshape(rates.shape)
+            if least * np.abs(change).max() < SETTLED:
+                return rates - change
+            for _ in range(BACKTRACKS):
+                trial = rates - change
+                residual, J = self._residual(state, time, h, plan, trial, M)
+                new_error = np.abs(residual / size).max()
+                if new_error < error or least * new_error < SETTLED:
+                    break
+                change = change / 2
+            else:
+                return None
+            rates, error = trial, new_error
+        return None
+
+    def _residual(
+        self, state: State, time: float, h: float, plan: Array, rates: Array, M: Array
+    ) -> tuple[Array, Array]:
+        """What the equations of motion lack at the three nodes (3, n + S), and its derivative (3 (n + S), 3 (n + S))."""
+        n, m, P = self.n, self.m, self.moved
+        a, zdot = rates[:, :n], rates[:, n:]
+        q = state.q + h * NODES[:, None] * state.v + h**2 * (WEIGHTS2 @ a)
+        v = state.v + h * (WEIGHTS @ a)
+        load = np.array([self.plant.load(*stage) for stage in zip(q, v, a, strict=True)])
+        at = self._instants(time + h * NODES, q, v, a, load, state.z + h * (WEIGHTS @ zdot))
+        torque = self.plant.torque(at).reshape(3, P, n)
+        drive = self.law.torque(plan, q, v)
+        residual = np.empty((3, m))
+        residual[:, :n] = load + torque[:, 0] - drive
+        if self.extra is not None:
+            residual[:, :n] -= [self.extra(time + h * c, *stage) for c, *stage in zip(NODES, q, v, strict=True)]
+        stiffness, damping = self.law.gains(M)
+        slopes = np.zeros((3, m, m))  # of the residual with each velocity and z
+        slopes[:, :n] = (torque[:, 1 : m + 1] - torque[:, :1]).swapaxes(1, 2) / DIFFERENCE
+        slopes[:, :n, :n] += damping
+        if m > n:
+            rate = self.plant.state_rate(at).T.reshape(3, P, m - n)
+            residual[:, n:] = zdot - rate[:, 0]
+            slopes[:, n:] = (rate[:, :1] - rate[:, 1 : m + 1]).swapaxes(1, 2) / DIFFERENCE
+        J = (h * WEIGHTS)[:, None, :, None] * slopes[:, :, None, :]
+        J[:, :n, :, :n] += h**2 * WEIGHTS2[:, None, :, None] * stiffness[:, None, :]
+        for i in range(3):
+            J[i, :n, i, :n] += M
+            if self.plant.feels_acceleration:
+                J[i, :n, i, :n] += (torque[i, m + 1 :] - torque[i, :1]).T / DIFFERENCE
+            J[i, n:, i, n:] += np.eye(m - n)
+        return residual, J.reshape(3 * m, 3 * m)
+
+    def _instants(self, time: Array, q: Array, v: Array, a: Array, load: Array, z: Array) -> Instants:
+        P = self.moved
+
+        def rows(values: Array, shift: Array | None = None) -> Array:
+            spread = values[:, None] + (np.zeros((P, 1)) if shift is None else shift)
+            return spread.reshape(3 * P, -1)
+
+        moved_a = rows(a, self.da if self.da.shape[1] else None)
+        return Instants(np.repeat(time, P), rows(q), rows(v, self.dv), moved_a, rows(load), rows(z, self.dz).T)
