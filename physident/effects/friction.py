@@ -41,9 +41,14 @@ class CoulombFriction(Effect):
 
     ``smoothing`` [rad/s] is of the size of the velocity's noise. Nominal: the motor's friction times the gear ratio,
     mean of both directions, where the robot states its drives.
+
+    A smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint stick instead:
+    the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and holds any smaller
+    load at rest (Dahl, "A solid friction model" (1968)). Its column in a regressor stays the smooth sign.
     """
 
     smoothing: float = 0.01
+    presliding: float = 0.0
 
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
@@ -51,6 +56,8 @@ class CoulombFriction(Effect):
     def __post_init__(self) -> None:
         if not (np.isfinite(self.smoothing) and self.smoothing > 0):
             raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected a positive speed [rad/s]")
+        if not (np.isfinite(self.presliding) and self.presliding >= 0):
+            raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return smooth_sign(signals.v.T[self.active(robot)], self.smoothing)
@@ -63,3 +70,13 @@ class CoulombFriction(Effect):
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
         return np.tile(smooth_sign(speeds, self.smoothing), (len(self.active(robot)), 1))
+
+    def state_size(self, robot: Robot) -> int:
+        return len(self.active(robot)) if self.presliding else 0
+
+    def state_rate(self, robot: Robot, signals: Signals, state: Array) -> Array:
+        v = signals.v.T[self.active(robot)]
+        return (v - np.abs(v) * state) / self.presliding if self.presliding else state
+
+    def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
+        return state if self.presliding else self.values(robot, signals)
