@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
+from physident.rigid_body_regressor import gravity_torque, inverse_dynamics
 from physident.robot import Robot
 from physident.signals import Signals
 
@@ -55,17 +56,50 @@ class Model:
             raise InputError(f"the model has no effect {effect!r}, expected one of {names}")
         return self.theta[chosen]
 
+    def refer(self, signals: Signals) -> Signals:
+        """The signals with what this model makes of their motion, which some effects' columns depend on.
+
+        ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
+        effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
+        """
+        n = self.robot.n
+        links, armature, gravity = np.zeros(10 * n), np.zeros(n), np.zeros(3)
+        for effect, theta in self._parts():
+            added = effect.inertia(self.robot, theta)
+            if added is not None:
+                links, armature, gravity = links + added.links, armature + added.armature, gravity + added.gravity
+        load = inverse_dynamics(self.robot, links, signals.q, signals.v, signals.a) + armature * signals.a
+        if gravity.any():
+            load = load + gravity_torque(self.robot, links, signals.q, gravity)
+        referred = replace(signals, links=links, load=load)
+        motor = load.T.copy()
+        for effect, theta in self._parts():
+            if effect.acts_on != "measurement" and effect.inertia(self.robot, theta) is None:
+                self._add(motor, effect, theta, referred)
+        return replace(referred, motor=motor.T)
+
     def torque(self, signals: Signals) -> Array:
-        """Joint torques (N, n) [N m|N] at every sample of the signals, unfiltered."""
-        tau = np.zeros((self.robot.n, len(signals.time)))
-        at = 0
-        for effect in self.effects:
-            pattern = effect.pattern(self.robot)
-            values = effect.values(self.robot, signals)
-            for (row, column), entries in zip(pattern, values, strict=True):
-                tau[row] += self.theta[at + column] * entries
-            at += len(effect.columns(self.robot))
+        """Joint torques (N, n) [N m|N] that the model predicts to be measured at every sample, unfiltered."""
+        referred = self.refer(signals)
+        assert referred.motor is not None
+        tau = referred.motor.T.copy()
+        for effect, theta in self._parts():
+            if effect.acts_on == "measurement":
+                self._add(tau, effect, theta, referred)
         return tau.T
+
+    def _parts(self) -> list[tuple[Effect, Array]]:
+        """Each effect with its own parameters (k,)."""
+        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
+        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
+
+    def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
+        """Add the torque of one effect to ``tau`` (n, N), segment by segment."""
+        pattern = effect.pattern(self.robot)
+        for samples in signals.segments:
+            values = effect.values(self.robot, signals.part(samples))
+            for (row, column), entries in zip(pattern, values, strict=True):
+                tau[row, samples] += theta[column] * entries
 
     def as_dict(self) -> dict[str, Any]:
         """Robot, effects and values, as JSON can hold them."""

@@ -41,6 +41,25 @@ def torque_entries(robot: Robot, q: Array, v: Array, a: Array) -> Array:
     return _compiled(_key(robot)).run(np.concatenate([q.T, v.T, a.T]))
 
 
+def inverse_dynamics(robot: Robot, links: Array, q: Array, v: Array, a: Array) -> Array:
+    """Joint torques (N, n) [N m|N] of link parameters (10 n,), which need not be physical; q, v, a are (N, n)."""
+    program = _compiled(_key(robot))
+    return _summed(program, links, program.run(np.concatenate([q.T, v.T, a.T])))
+
+
+def gravity_torque(robot: Robot, links: Array, q: Array, direction: Array) -> Array:
+    """Joint torques (N, n) that hold link parameters (10 n,) still against gravity ``direction`` (3,) [m/s^2]."""
+    program = _compiled((_key(robot)[0], tuple(float(g) for g in direction)))
+    return _summed(program, links, program.run(np.concatenate([q.T, np.zeros((2 * robot.n, len(q)))])))
+
+
+def _summed(program: _Program, links: Array, entries: Array) -> Array:
+    tau = np.zeros((len(program.sums), entries.shape[1]))
+    for row, (own, columns) in enumerate(program.sums):
+        tau[row] = links[columns] @ entries[own]
+    return tau.T
+
+
 def torque_expression(robot: Robot) -> Any:
     """The CasADi function (q, v, a) -> Y (n, 10 n), sparse, of one state: the source of exact gradients."""
     return _compiled(_key(robot)).function
@@ -66,9 +85,11 @@ class _Program:
         q, v, a = (ca.SX.sym(name, n) for name in "qva")
         Y = _symbolic(joints, gravity, q, v, a)
         self.function = ca.Function("Y", [q, v, a], [Y], ["q", "v", "a"], ["Y"])
-        rows, columns = Y.sparsity().get_triplet()
+        rows, columns = map(np.array, Y.sparsity().get_triplet())
         self.pattern = np.column_stack([rows, columns]).astype(np.intp)
         self.pattern.setflags(write=False)
+        owned = [np.flatnonzero(rows == j) for j in range(n)]
+        self.sums = [(own, self.pattern[own, 1]) for own in owned]
         self._instructions(ca, ca.Function("entries", [ca.vertcat(q, v, a)], [ca.SX(ca.vertcat(*Y.nonzeros()))]))
 
     def _instructions(self, ca: Any, function: Any) -> None:

@@ -86,7 +86,9 @@ class Signals:
     """Motion and torque of n joints at N instants, uniform in time within each contiguous segment.
 
     ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] (N, n); ``torque`` (N, n) [N m|N] or None;
-    ``starts`` the first sample of each segment; ``temperature`` (N, n) [degC] or None.
+    ``starts`` the first sample of each segment; ``temperature`` (N, n) [degC] or None; ``origin`` [s] when the recording
+    began; ``recording`` its hash. A model adds what it makes of the motion (``Model.refer``): ``links`` (10 n,) its link
+    parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) that of all but measurement effects.
     """
 
     time: Array
@@ -98,6 +100,11 @@ class Signals:
     starts: tuple[int, ...] = (0,)
     rate: float = math.nan
     source: str = "signals"
+    origin: float = 0.0
+    recording: str = ""
+    links: Array | None = None
+    load: Array | None = None
+    motor: Array | None = None
 
     @staticmethod
     def of_states(q: Array, v: Array, a: Array) -> Signals:
@@ -129,7 +136,8 @@ class Signals:
 
         return replace(
             self, time=self.time[samples], q=self.q[samples], v=self.v[samples], a=self.a[samples],
-            torque=cut(self.torque), temperature=cut(self.temperature), starts=(0,),
+            torque=cut(self.torque), temperature=cut(self.temperature), load=cut(self.load), motor=cut(self.motor),
+            starts=(0,),
         )  # fmt: skip
 
 
@@ -156,7 +164,7 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
             f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s);"
             " use a higher cutoff or a better recording"
         )
-    return _joined(parts, rate, recording.source)
+    return _joined(parts, rate, recording)
 
 
 def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
@@ -173,7 +181,7 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
     return Signals(clock, q, v, a, resampled(recording.torque), warmth, rate=rate)
 
 
-def _joined(parts: Sequence[Signals], rate: float, source: str) -> Signals:
+def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
     """Parts one after another; each is a segment."""
 
     def joined(name: str) -> Array | None:
@@ -182,7 +190,10 @@ def _joined(parts: Sequence[Signals], rate: float, source: str) -> Signals:
 
     time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
     starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
-    return Signals(time, q, v, a, joined("torque"), joined("temperature"), starts, rate, source)
+    return Signals(
+        time, q, v, a, joined("torque"), joined("temperature"), starts, rate,
+        recording.source, float(recording.time[0]), recording.sha256,
+    )  # fmt: skip
 
 
 def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:

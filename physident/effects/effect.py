@@ -38,13 +38,25 @@ class Cone:
     offset: Array
 
 
+@dataclass(frozen=True)
+class Shape:
+    """A parameter that torque is not linear in: the effect's ``field`` that holds it, one value for each joint it acts
+    on, its unit, the ``grid`` it is searched on inside the fitting data, and whether only the grid's values make sense."""
+
+    field: str
+    unit: str
+    grid: tuple[float, ...]
+    discrete: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class AddedInertia:
-    """Inertia that an effect adds to the plant: ``links`` (10 n,) in the order of ``Robot.nominal``, and ``armature``
-    (n,) [kg m^2|kg] felt only by a joint's own acceleration."""
+    """Inertia that an effect adds to the plant: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)
+    [kg m^2|kg] felt only by a joint's own acceleration, ``gravity`` (3,) [m/s^2] added in the base frame."""
 
     links: Array
     armature: Array
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -60,6 +72,11 @@ class Effect(ABC):
     name: ClassVar[str]
     unit: ClassVar[str]
     acts_on: ClassVar[Literal["plant", "measurement", "sensor"]] = "plant"
+    shapes: ClassVar[tuple[Shape, ...]] = ()
+    pointwise: ClassVar[bool] = True  # each sample's value depends on that sample alone
+    needs_model: ClassVar[bool] = False  # its columns depend on the model's own torque or link parameters
+    signature: ClassVar[str] = ""  # how it shows, in words
+    rivals: ClassVar[str] = ""  # what it is mistaken for, and what separates them
 
     def active(self, robot: Robot) -> list[int]:
         """Indices (from 0) of the joints it acts on; raises InputError for a joint the robot does not have."""
@@ -78,6 +95,23 @@ class Effect(ABC):
         """(E, 2): joint row and own column (from 0) of each structural non-zero, in the order of ``values``."""
         active = self.active(robot)
         return np.column_stack([active, np.arange(len(active))]).astype(np.intp).reshape(-1, 2)
+
+    def shape(self, robot: Robot, field: str) -> Array:
+        """Values (k,) of a shape parameter for the joints it acts on; raises InputError where it is not set."""
+        values = getattr(self, field)
+        count = len(self.active(robot))
+        if values is None or len(values) not in (1, count):
+            came = "not set" if values is None else f"{len(values)} values"
+            raise InputError(f"{self.name}: {field} is {came}, expected {count}, one a joint; identify finds them")
+        return np.broadcast_to(np.array(values, dtype=float), (count,))
+
+    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
+        """Samples (N, n) of one segment whose value still depends on what was before it; None where none do."""
+        return None
+
+    def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
+        """The cutoff [Hz] below which the common filter takes its signature away; 0 where any band will do."""
+        return 0.0
 
     @abstractmethod
     def values(self, robot: Robot, signals: Signals) -> Array:
