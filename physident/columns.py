@@ -32,7 +32,7 @@ class Columns:
         """Columns from a text such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges)."""
         found: dict[str, tuple[int, ...]] = {}
         for part in text.split(","):
-            match = re.fullmatch(r"\s*(\w+)\s*=\s*(\d{1,6})(?::(\d{1,6}))?\s*", part)
+            match = re.fullmatch(r"\s*(\w+)\s*=\s*([0-9]{1,6})(?::([0-9]{1,6}))?\s*", part)
             if not match or match[1] not in ("time", *CHANNELS):
                 raise InputError(
                     f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})"
@@ -40,7 +40,12 @@ class Columns:
             if match[1] in found:
                 raise InputError(f"columns: {match[1]!r} is given twice; expected each channel once, as in {EXAMPLE!r}")
             start = int(match[2])
-            found[match[1]] = tuple(range(start, int(match[3]) if match[3] else start + 1))
+            stop = int(match[3]) if match[3] else start + 1
+            if stop <= start:
+                raise InputError(
+                    f"columns: {part!r} is an empty range; expected first:past-the-last, as in {EXAMPLE!r}"
+                )
+            found[match[1]] = tuple(range(start, stop))
         return Columns._from(found, "columns")
 
     @staticmethod
@@ -49,15 +54,14 @@ class Columns:
         if names is None:
             raise InputError(f"{source}: has no header; declare its layout, for example --columns {EXAMPLE}")
         found: dict[str, dict[int, int]] = {}
-        seen: set[str] = set()
         for index, name in enumerate(names):
-            if name in seen and (name == "time" or re.fullmatch(rf"({'|'.join(CHANNELS)})_\d+", name)):
+            match = re.fullmatch(rf"(time)|({'|'.join(CHANNELS)})_([0-9]{{1,4}})", name)
+            if match is None:
+                continue
+            joints, number = found.setdefault(match[1] or match[2], {}), int(match[3] or 1)
+            if number in joints:
                 raise InputError(f"{source}: column {name!r} appears twice, expected each once")
-            seen.add(name)
-            if name == "time":
-                found["time"] = {1: index}
-            elif match := re.fullmatch(rf"({'|'.join(CHANNELS)})_(\d{{1,4}})", name):
-                found.setdefault(match[1], {})[int(match[2])] = index
+            joints[number] = index
         for channel, joints in found.items():
             if sorted(joints) != list(range(1, len(joints) + 1)):
                 numbers = ", ".join(map(str, sorted(joints)))
@@ -78,6 +82,10 @@ class Columns:
         for name in (*efforts, "dq", "temperature"):
             if name in found and len(found[name]) != n:
                 raise InputError(f"{source}: {len(found[name])} columns of {name} and {n} of q; expected as many")
+        numbers = [number for channel in found.values() for number in channel]
+        if len(set(numbers)) < len(numbers):
+            twice = next(number for number in numbers if numbers.count(number) > 1)
+            raise InputError(f"{source}: column {twice} is in two channels; expected ranges that do not overlap")
         kind = "torque" if efforts[0] == "tau" else "current"
         return Columns(
             found["time"][0],
@@ -87,15 +95,6 @@ class Columns:
             found.get("dq") or None,
             found.get("temperature") or None,
         )
-
-    def as_text(self) -> str:
-        """The text that ``parse`` reads back; ranges where the numbers are consecutive."""
-        parts = [f"time={self.time}"]
-        effort = "tau" if self.effort_kind == "torque" else "current"
-        for name, numbers in (("q", self.q), ("dq", self.dq), (effort, self.effort), ("temperature", self.temperature)):
-            if numbers:
-                parts.append(f"{name}={numbers[0]}:{numbers[-1] + 1}")
-        return ",".join(parts)
 
     def check_width(self, width: int, source: str) -> None:
         """Raises InputError where a column lies beyond the ``width`` of the table."""

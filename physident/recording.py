@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import os
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +20,9 @@ from physident.errors import InputError
 Array = NDArray[np.float64]
 
 MIN_DURATION = 2.0  # s: shorter than one swing of any arm's slow modes
+MAX_STEP = 0.1  # s: no dynamics can be seen in fewer than ten rows a second
 MAX_POSITION = 4 * np.pi  # rad: two turns either way, the widest range any arm's joint has
+MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degrees
 ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}
 MAX_SPEED = 20.0  # rad/s or m/s: faster than the fastest wrist of any arm; a larger step of position is a fault
 MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of bad rows
@@ -129,7 +132,7 @@ def find_recordings(patterns: Iterable[str | Path]) -> list[str]:
     """The files of paths and glob patterns, each once; raises InputError for one that matches nothing."""
     files: list[str] = []
     for pattern in map(str, patterns):
-        found = [pattern] if Path(pattern).is_file() else sorted(glob.glob(pattern))
+        found = [pattern] if os.path.exists(pattern) else sorted(filter(os.path.exists, glob.glob(pattern)))
         if not found:
             raise InputError(f"recording {pattern!r} not found: expected a file or a pattern that matches some")
         files += found
@@ -150,7 +153,14 @@ def load_recording(
         *layout.split(table.values), layout.effort_kind, str(path), table.rows, table.rejected
     )
     recording = replace(recording, ignored=layout.unused(table.names))
-    return recording if drive_gains is None else recording.with_drive_gains(drive_gains)
+    if drive_gains is None:
+        return recording
+    gained = recording.with_drive_gains(drive_gains)
+    if recording.effort_kind == "torque":
+        raise InputError(
+            f"{path}: holds torques, but drive gains are given; name its effort 'current' or drop the gains"
+        )
+    return gained
 
 
 def recording_from_rows(
@@ -207,7 +217,7 @@ def recording_from_rows(
 def _refuse_degrees(q: Array, source: str) -> None:
     with np.errstate(invalid="ignore"):
         wide = np.abs(q)
-    wide = wide[np.isfinite(wide).all(axis=1)]
+        wide = wide[(wide < MAX_DEGREES).all(axis=1)]
     if len(wide) and np.mean((wide > MAX_POSITION).any(axis=1)) > 0.05:
         joint = int(np.argmax(np.median(wide, axis=0))) + 1
         value = np.median(wide[:, joint - 1])
@@ -223,9 +233,9 @@ def _check_clock(time: Array, source: str) -> None:
             f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?"
         )
     step = float(np.median(np.diff(time)))
-    if step > 0.5:
+    if step > MAX_STEP:
         raise InputError(
-            f"{source}: rows are {step:.4g} s apart, expected at most 0.5 s: convert a clock in milliseconds to seconds"
+            f"{source}: rows are {step:.4g} s apart, expected at most {MAX_STEP} s: is the clock in milliseconds? convert to seconds"
         )
 
 

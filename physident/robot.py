@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from physident import dh, inertia, urdf
 from physident.errors import InputError, PhysidentWarning
+from physident.files import read_text
 
 Array = NDArray[np.float64]
 BUILT_IN = ("ur5",)
@@ -48,6 +50,12 @@ class Drive:
     motor_inertia: float
     motor_friction: tuple[float, float]
 
+    def __post_init__(self) -> None:
+        for name, size in dh.DRIVE.items():
+            values = np.asarray(getattr(self, name))
+            if values.dtype.kind not in "if" or values.size != max(size, 1) or not np.isfinite(values).all():
+                raise InputError(f"drive: {name} is {getattr(self, name)!r}, expected {max(size, 1)} finite numbers")
+
 
 @dataclass(frozen=True, eq=False)
 class Robot:
@@ -56,6 +64,7 @@ class Robot:
     ``urdf`` is the text itself; ``gravity`` (3,) [m/s^2] in the base frame. ``nominal`` (10 n,) holds the links'
     parameters in Pinocchio's order; ``lower``, ``upper`` [rad|m], ``velocity_limit`` [rad/s|m/s],
     ``acceleration_limit`` [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite where the robot states none.
+    ``tool`` (3,) [m] is the origin of the last fixed frame, in the frame of joint n.
     """
 
     name: str
@@ -71,10 +80,10 @@ class Robot:
     upper: Array = field(init=False)
     velocity_limit: Array = field(init=False)
     torque_limit: Array = field(init=False)
+    tool: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        if np.shape(self.gravity) != (3,) or not np.isfinite(self.gravity).all():
-            raise InputError(f"{self.source}: gravity is {self.gravity}, expected three finite numbers [m/s^2]")
+        _gravity(self.gravity)
         model = self.pinocchio
         joints = tuple(_joint(model, i) for i in range(1, model.njoints))
         nominal = np.concatenate([body.toDynamicParameters() for body in list(model.inertias)[1:]])
@@ -85,11 +94,16 @@ class Robot:
             "upper": np.where(np.isfinite(model.upperPositionLimit), model.upperPositionLimit, math.inf),
             "velocity_limit": _limit(model.velocityLimit),
             "torque_limit": _limit(model.effortLimit),
+            "tool": _tool(model),
         }
         for key, value in values.items():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
             object.__setattr__(self, key, value)
+        for name in ("drives", "acceleration_limit"):
+            entries = getattr(self, name)
+            if entries is not None and len(entries) != self.n:
+                raise InputError(f"{self.source}: {name} has {len(entries)} entries, expected {self.n}, one a joint")
 
     @property
     def n(self) -> int:
@@ -179,20 +193,16 @@ def unphysical_links(robot: Robot) -> list[str]:
 
 def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | None) -> Robot:
     joints = table["joints"]
-    try:
-        drives = tuple(
-            Drive(d["gear_ratio"], d["torque_constant"], d["motor_inertia"], tuple(d["motor_friction"]))
-            for d in (joint["drive"] for joint in joints if "drive" in joint)
-        )
-    except KeyError as error:
-        raise InputError(
-            f"{label}: a drive lacks {error}, expected gear_ratio, torque_constant, motor_inertia, motor_friction"
-        ) from None
+    drives = tuple(
+        Drive(**joint["drive"] | {"motor_friction": tuple(joint["drive"]["motor_friction"])})
+        for joint in joints
+        if "drive" in joint
+    )
     return Robot(
         name=table.get("name", "robot"),
         urdf=dh.urdf_from_table(table),
         gravity=_gravity(gravity or table.get("gravity", STANDARD_GRAVITY)),
-        drives=drives if len(drives) == len(joints) else None,
+        drives=drives or None,
         acceleration_limit=tuple(joint.get("acceleration_limit", math.inf) for joint in joints),
         tool_speed_limit=table.get("tool_speed_limit"),
         source=label,
@@ -200,29 +210,32 @@ def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | No
 
 
 def _gravity(values: Sequence[float]) -> tuple[float, float, float]:
-    if len(values) != 3:
-        raise InputError(f"gravity has {len(values)} components, expected three [m/s^2] in the base frame")
-    return (float(values[0]), float(values[1]), float(values[2]))
+    numbers = np.asarray(values)
+    if numbers.shape != (3,) or numbers.dtype.kind not in "if" or not np.isfinite(numbers).all():
+        raise InputError(f"gravity is {values!r}, expected three finite numbers [m/s^2] in the base frame")
+    return (float(numbers[0]), float(numbers[1]), float(numbers[2]))
 
 
 def _read(source: str | Path) -> tuple[str, str]:
     if str(source) in BUILT_IN:
         name = f"{source}.toml"
         return resources.files("physident").joinpath("robots", name).read_text(encoding="utf-8"), name
-    path = Path(source)
-    if not path.is_file():
+    if not os.path.isfile(source):
         names = ", ".join(BUILT_IN)
         raise InputError(
             f"robot {str(source)!r} not found: expected a .urdf or .toml file, or a built-in name ({names})"
         )
-    try:
-        return path.read_text(encoding="utf-8"), path.name
-    except (UnicodeDecodeError, OSError) as error:
-        raise InputError(f"{path}: cannot be read as text ({error}); expected a URDF or a DH table") from None
+    return read_text(source, urdf.MAX_BYTES, "a URDF or a DH table"), Path(source).name
 
 
 def _limit(values: Array) -> Array:
     return np.where((values > 0) & np.isfinite(values), values, math.inf)
+
+
+def _tool(model: Any) -> Array:
+    """Where the tool is in the last joint's frame (3,) [m]: the origin of the last link that is fixed to it."""
+    last = [frame for frame in model.frames if frame.parentJoint == model.njoints - 1]
+    return last[-1].placement.translation.copy()
 
 
 def _joint(model: Any, index: int) -> Joint:

@@ -14,6 +14,7 @@ from physident.errors import InputError
 from physident.recording import Recording, position_jumps
 
 Array = NDArray[np.float64]
+MIN_CUTOFF = 0.01  # Hz: the filter then lasts 500 s, longer than any recording's motion
 MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
 MOVING_MARGIN = 0.2  # s
 ROWS = 16  # filtered at once: the wider, the more products with zero; the narrower, the more calls
@@ -31,8 +32,8 @@ class Filter:
     rate: float | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.cutoff) and self.cutoff > 0):
-            raise InputError(f"cutoff is {self.cutoff} Hz, expected a positive frequency; 5 Hz suits most arms")
+        if not (math.isfinite(self.cutoff) and self.cutoff >= MIN_CUTOFF):
+            raise InputError(f"cutoff is {self.cutoff} Hz, expected {MIN_CUTOFF} Hz or more; 5 Hz suits most arms")
         if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
             raise InputError(f"rate is {self.rate} Hz, expected a positive frequency")
 
@@ -127,6 +128,13 @@ class Signals:
         if not len(fast):
             return None
         return float(self.time[fast[0]] - MOVING_MARGIN), float(self.time[fast[-1]] + MOVING_MARGIN)
+
+    def from_model(self, name: str) -> Array:
+        """``links``, ``load`` or ``motor``; raises InputError where no model has been asked, see ``Model.refer``."""
+        value = getattr(self, name)
+        if value is None:
+            raise InputError(f"{self.source}: an effect needs the model's {name}, expected signals from Model.refer")
+        return value
 
     def part(self, samples: slice) -> Signals:
         """The samples of one slice, which must lie within a segment."""

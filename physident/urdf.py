@@ -28,29 +28,39 @@ def pinocchio_model(text: str, source: str) -> Any:
     import pinocchio
 
     root = _parse(text, source)
-    _check_links(root, source)
-    _check_joints(root, source)
-    for link in root.iter("link"):
-        for shape in [child for child in link if child.tag in ("visual", "collision")]:
-            link.remove(shape)
-    for joint in root.iter("joint"):
-        if joint.get("type") == "continuous":  # one angle for each joint, not Pinocchio's (cos, sin)
-            joint.set("type", "revolute")
-            limit = joint.find("limit")
-            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
-            limit.attrib.update({"lower": "-1e10", "upper": "1e10"})
-            limit.attrib.setdefault("effort", "0")
-            limit.attrib.setdefault("velocity", "0")
+    links, joints = root.findall("link"), root.findall("joint")
+    _check_links(links, source)
+    _check_joints(joints, source)
+    _check_tree(links, joints, source)
     try:
-        model = pinocchio.buildModelFromXML(ElementTree.tostring(root, encoding="unicode"))
+        model = pinocchio.buildModelFromXML(_kinematics(root.get("name") or "robot", links, joints))
     except Exception as error:  # the binding raises several kinds for one cause
-        raise InputError(
-            f"{source}: not a robot description Pinocchio can read ({str(error).splitlines()[0]})"
-        ) from None
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
+        raise InputError(f"{source}: not a robot description Pinocchio can read ({reason})") from None
     model.armature[:] = 0.0
     unlimited = np.abs(model.upperPositionLimit) > 1e9
     model.upperPositionLimit[unlimited], model.lowerPositionLimit[unlimited] = math.inf, -math.inf
     return model
+
+
+def _kinematics(name: str, links: list[ElementTree.Element], joints: list[ElementTree.Element]) -> str:
+    """URDF text of what is read and checked here, and nothing else: no shape, plugin or oddity can upset a parser."""
+    clean = ElementTree.Element("robot", name=name)
+    for link in links:
+        one = ElementTree.SubElement(clean, "link", name=link.attrib["name"])
+        one.extend(link.findall("inertial")[:1])
+    for joint in joints:
+        one = ElementTree.SubElement(clean, "joint", name=joint.attrib["name"], type=joint.attrib["type"])
+        for tag in ("parent", "child", "origin", "axis", "limit"):
+            one.extend(joint.findall(tag)[:1])
+        if one.get("type") == "continuous":  # one angle for each joint, not Pinocchio's (cos, sin)
+            one.set("type", "revolute")
+            for limit in one.findall("limit"):
+                one.remove(limit)
+            given = dict(joint.find("limit").attrib) if joint.find("limit") is not None else {}  # pyright: ignore[reportOptionalMemberAccess]
+            given = {"effort": "0", "velocity": "0"} | given | {"lower": "-1e10", "upper": "1e10"}
+            ElementTree.SubElement(one, "limit", given)
+    return ElementTree.tostring(clean, encoding="unicode")
 
 
 def _parse(text: str, source: str) -> ElementTree.Element:
@@ -60,7 +70,7 @@ def _parse(text: str, source: str) -> ElementTree.Element:
         raise InputError(f"{source}: declares XML entities, which a URDF has no use for; expand xacro before loading")
     try:
         root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, ValueError, RecursionError) as error:
         raise InputError(f"{source}: malformed XML ({error}), expected a URDF") from None
     if root.tag != "robot":
         raise InputError(
@@ -69,24 +79,22 @@ def _parse(text: str, source: str) -> ElementTree.Element:
     return root
 
 
-def _check_links(root: ElementTree.Element, source: str) -> None:
-    for link in root.iter("link"):
+def _check_links(links: list[ElementTree.Element], source: str) -> None:
+    _check_names(links, source)
+    for link in links:
         inertial = link.find("inertial")
         if inertial is None:
             continue
         where = f"{source}: link {link.get('name')!r}"
-        mass = inertial.find("mass")
-        _number(mass, "value", where, "mass", minimum=0.0)
+        _number(inertial.find("mass"), "value", where, "mass", minimum=0.0)
         tensor = inertial.find("inertia")
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
             _number(tensor, key, where, f"inertia {key}")
-        origin = inertial.find("origin")
-        for key in () if origin is None else ("xyz", "rpy"):
-            _triple(origin, key, f"{where} inertial origin")
+        _check_placement(inertial.find("origin"), f"{where} inertial origin")
 
 
-def _check_joints(root: ElementTree.Element, source: str) -> None:
-    joints = root.findall("joint")
+def _check_joints(joints: list[ElementTree.Element], source: str) -> None:
+    _check_names(joints, source)
     for joint in joints:
         kind, where = joint.get("type"), f"{source}: joint {joint.get('name')!r}"
         if kind not in (*MOVING, "fixed"):
@@ -97,34 +105,93 @@ def _check_joints(root: ElementTree.Element, source: str) -> None:
             raise InputError(
                 f"{where} mimics another joint; expected independent joints: make it fixed or drop <mimic>"
             )
-        origin = joint.find("origin")
-        for key in () if origin is None else ("xyz", "rpy"):
-            _triple(origin, key, f"{where} origin")
-        if (
-            kind in MOVING
-            and (axis := joint.find("axis")) is not None
-            and not np.any(_triple(axis, "xyz", f"{where} axis"))
-        ):
+        _check_placement(joint.find("origin"), f"{where} origin")
+        if kind == "fixed":
+            continue
+        axis = joint.find("axis")
+        if axis is not None and not np.any(_triple(axis, "xyz", f"{where} axis")):
             raise InputError(f'{where}: its axis is zero, expected a direction such as "0 0 1"')
+        _check_limit(joint.find("limit"), kind, where)
     if not any(joint.get("type") in MOVING for joint in joints):
         raise InputError(f"{source}: no moving joint, expected at least one revolute, continuous or prismatic joint")
+
+
+def _check_limit(limit: ElementTree.Element | None, kind: str, where: str) -> None:
+    if limit is None and kind == "continuous":
+        return
+    for key in ("effort", "velocity"):
+        _number(limit, key, where, f"limit {key}", minimum=0.0)
+    if kind != "continuous" and limit is not None:
+        stated = {key: limit.get(key, "0") for key in ("lower", "upper")}
+        for key in stated:
+            _number(ElementTree.Element("limit", stated), key, where, f"limit {key}")
+        if float(stated["lower"]) > float(stated["upper"]):
+            raise InputError(f"{where}: limit lower {stated['lower']} is above its upper {stated['upper']}; swap them")
+
+
+def _check_names(elements: list[ElementTree.Element], source: str) -> None:
+    seen: set[str] = set()
+    for number, element in enumerate(elements, 1):
+        name = element.get("name")
+        if not name:
+            raise InputError(f"{source}: {element.tag} {number} has no name, expected one")
+        if name in seen:
+            raise InputError(f"{source}: {element.tag} {name!r} is there twice, expected each name once")
+        seen.add(name)
+
+
+def _check_tree(links: list[ElementTree.Element], joints: list[ElementTree.Element], source: str) -> None:
+    """Every link but one hangs on one joint, and following parents from any link leads to that one."""
+    names = [link.get("name", "") for link in links]
+    parents: dict[str, str] = {}
+    for joint in joints:
+        ends = []
+        for end in ("parent", "child"):
+            element = joint.find(end)
+            link = None if element is None else element.get("link")
+            if link not in names:
+                came = "missing" if link is None else f"{link!r}, which is no link"
+                raise InputError(f"{source}: joint {joint.get('name')!r}: its {end} is {came}; expected a link's name")
+            ends.append(link)
+        if ends[1] in parents:
+            raise InputError(f"{source}: link {ends[1]!r} hangs on two joints, expected a tree: loops cannot be read")
+        parents[ends[1]] = ends[0]
+    roots = [name for name in names if name not in parents]
+    if len(roots) != 1:
+        found = ", ".join(roots[:5]) or "none: the joints close a loop"
+        raise InputError(f"{source}: {len(roots)} root links ({found}), expected one: the base")
+    reached = {roots[0]}
+    for name in names:
+        path = []
+        while name not in reached and name not in path:
+            path.append(name)
+            name = parents[name]
+        if name not in reached:
+            raise InputError(f"{source}: link {name!r} is in a loop of joints, expected a tree")
+        reached.update(path)
+
+
+def _check_placement(origin: ElementTree.Element | None, where: str) -> None:
+    for key in ("xyz", "rpy"):
+        _triple(origin, key, where)
 
 
 def _number(element: ElementTree.Element | None, key: str, where: str, what: str, minimum: float = -math.inf) -> None:
     text = None if element is None else element.get(key)
     try:
-        value = float(text if text is not None else "missing")
+        value = float(text if text is not None and "_" not in text else "missing")
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or value < minimum:
         wanted = "a finite number" + (" that is not negative" if minimum == 0 else "")
-        raise InputError(f"{where}: {what} is {text or 'missing'}, expected {wanted}")
+        xacro = ": run xacro first" if text and "${" in text else ""
+        raise InputError(f"{where}: {what} is {text or 'missing'}, expected {wanted}{xacro}")
 
 
 def _triple(element: ElementTree.Element | None, key: str, where: str) -> list[float]:
     text = "0 0 0" if element is None else element.get(key, "0 0 0")
     try:
-        values = [float(x) for x in text.split()]
+        values = [float(x) for x in text.split()] if "_" not in text else []
     except ValueError:
         values = []
     if len(values) != 3 or not np.isfinite(values).all():

@@ -13,13 +13,16 @@ from physident.errors import PhysidentError, PhysidentWarning
 
 # typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
 CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
-VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters", "export", "simulate")
+VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters", "export", "payload", "drive_gains", "simulate")
+MAX_LINE = 800  # characters of a message
 for _verb in VERBS:
     importlib.import_module(f"physident.cli.{_verb}")
 
 
 def main() -> None:
     """Run the command line; exit code 0, 2 for input that cannot be used, 3 for a problem that was not solved."""
+    for stream in (sys.stdout, sys.stderr):  # a terminal that lacks a sign shows its number
+        stream.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
     sys.exit(run(sys.argv[1:]))
 
 
@@ -43,6 +46,9 @@ def run(arguments: list[str]) -> int:
         except BrokenPipeError:
             sys.stderr.close()
             return 0
+        except OSError as error:
+            _say(f"error: {error.filename or 'a file'}: {error.strerror or error}; expected a path that can be used")
+            return 2
         except MemoryError:
             _say("error: not enough memory for these recordings; cut them into parts")
             return 2
@@ -63,4 +69,8 @@ def _show_warning(
 
 
 def _say(text: str) -> None:
-    print(f"physident: {' '.join(text.split())}", file=sys.stderr)
+    """One line on standard error, whatever the text quotes: no control signs, nothing endless."""
+    line = "".join(sign if sign.isprintable() else "?" for sign in " ".join(text.split()))
+    if len(line) > MAX_LINE:
+        line = f"{line[: MAX_LINE // 2]} ... {line[-MAX_LINE // 2 :]}"
+    print(f"physident: {line}", file=sys.stderr)

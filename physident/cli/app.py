@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import glob
 import math
+import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -35,7 +37,20 @@ GainsOption = Annotated[
     str | None,
     typer.Option("--drive-gains", help='Motor current to joint torque [N m/A], one a joint: "10.7 10.7 ...".'),
 ]
-CutoffOption = Annotated[float | None, typer.Option("--cutoff", help="Cutoff of the low-pass on both sides [Hz].")]
+
+
+def _checked_cutoff(cutoff: float | None) -> float | None:
+    if cutoff is not None:
+        from physident.signals import Filter
+
+        Filter(cutoff)
+    return cutoff
+
+
+CutoffOption = Annotated[
+    float | None,
+    typer.Option("--cutoff", callback=_checked_cutoff, help="Cutoff of the low-pass on both sides [Hz]."),
+]
 ModelOption = Annotated[Path, typer.Option("--model", help="A model file that identify wrote.")]
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Also write the result as JSON to this file.")]
 IncludeFittedOption = Annotated[
@@ -50,13 +65,34 @@ def read_recordings(paths: list[str], columns: str | None, gains: str | None, qu
     from physident.columns import Columns
     from physident.recording import find_recordings, load_recording
 
-    layout = Columns.parse(columns) if columns else None
-    numbers = parse_numbers(gains, "--drive-gains") if gains else None
+    layout = Columns.parse(columns) if columns is not None else None
+    numbers = parse_numbers(gains, "--drive-gains") if gains is not None else None
     files = find_recordings(paths)
     recordings = [load_recording(file, layout, numbers) for file in progress(files, "reading")]
     for recording in () if quiet else recordings:
         report(recording)
     return recordings
+
+
+def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, plot: Path | None = None) -> None:
+    """Before any work: raises InputError for an output that cannot be written, or that would replace an input.
+
+    ``inputs`` are files, patterns, or names of no file; None is skipped in both.
+    """
+    from physident.files import check_target
+    from physident.view.style import FORMATS
+
+    if plot is not None and plot.suffix.lower() not in FORMATS:
+        raise InputError(f"plot {str(plot)!r} has no known ending, expected one of {', '.join(FORMATS)}")
+    asked = [path for path in (*outputs, plot) if path is not None]
+    for output in asked:
+        check_target(output)
+    read = [file for source in inputs if source for file in glob.glob(str(source)) or [str(source)]]
+    places = [os.path.realpath(path) for path in asked]
+    if replaced := [path for path in read if os.path.exists(path) and os.path.realpath(path) in places]:
+        raise InputError(f"output {replaced[0]!r} is also read by this command; expected another path to write to")
+    if len(set(places)) < len(places):
+        raise InputError(f"output {str(asked[-1])!r} is given twice; expected another path for each result")
 
 
 def report(recording: Recording) -> None:

@@ -15,6 +15,7 @@ from physident.cli.app import (
     IncludeFittedOption,
     JsonOption,
     app,
+    check_outputs,
     read_recordings,
 )
 from physident.errors import InputError
@@ -38,8 +39,9 @@ def compare(
 
     if len(model) != 2:
         raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
+    check_outputs([*on, *model], json_out)
     before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
-    recordings = read_recordings(on, columns or before.columns, drive_gains)
+    recordings = read_recordings(on, columns if columns is not None else before.columns, drive_gains)
     gain = run(before, after, recordings, include_fitted)
     if json_out is not None:
         write_text(json_out, json.dumps(gain.as_dict(), indent=1, allow_nan=False) + "\n")

@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import ColumnsOption, CutoffOption, GainsOption, Recordings, RobotOption, app, read_recordings
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    Recordings,
+    RobotOption,
+    app,
+    check_outputs,
+    read_recordings,
+)
 from physident.errors import InputError
 
 
@@ -30,6 +39,7 @@ def identify(
 
     if robot is None:
         raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
+    check_outputs([*recordings, robot], out)
     arm = load_robot(robot)
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     filter = Filter() if cutoff is None else Filter(cutoff)

@@ -14,6 +14,7 @@ from physident.cli.app import (
     Recordings,
     RobotOption,
     app,
+    check_outputs,
     progress,
     read_recordings,
 )
@@ -35,6 +36,7 @@ def inspect(
 
     if effects is not None and robot is None:
         raise InputError("--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a .toml")
+    check_outputs([*recordings, robot], plot=plot)
     loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
     seen = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
     if plot is not None:

@@ -17,6 +17,7 @@ from physident.cli.app import (
     ModelOption,
     Recordings,
     app,
+    check_outputs,
     read_recordings,
 )
 
@@ -40,8 +41,9 @@ def validate(
     from physident.validation import predictions, with_cutoff
     from physident.validation import validate as run
 
+    check_outputs([*recordings, model], json_out, plot=plot)
     estimate = with_cutoff(load_estimate(model), cutoff)
-    loaded = read_recordings(recordings, columns or estimate.columns, drive_gains)
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
     score = run(estimate, loaded, include_fitted)
     if json_out is not None:
         write_text(json_out, json.dumps(score.as_dict(), indent=1, allow_nan=False) + "\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from physident.errors import InputError
@@ -9,8 +10,11 @@ from physident.formats.table import Table
 
 
 def read_table(path: Path) -> Table:
-    """The table of a recording's file by its ending: .csv, .csv.gz, .npz; raises InputError for any other."""
+    """The table of a recording's file by its ending: .csv, .csv.gz, .npz; raises InputError for what is no such file."""
     name = path.name.lower()
+    if not os.path.isfile(path):  # a pipe would be waited for without end
+        what = "a folder" if os.path.isdir(path) else "not a file" if os.path.exists(path) else "not found"
+        raise InputError(f"recording {str(path)!r} is {what}; expected a .csv, .csv.gz or .npz file")
     if name.endswith((".csv", ".csv.gz", ".txt")):
         from physident.formats.csv import read_csv
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+FORMATS = (".png", ".pdf", ".svg")
 MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E73"
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 SETTINGS: Any = {
@@ -38,7 +39,6 @@ def save(fig: Any, path: Any) -> None:
     from physident.errors import InputError
     from physident.files import write_with
 
-    known = (".png", ".pdf", ".svg")
-    if Path(path).suffix.lower() not in known:
-        raise InputError(f"plot {str(path)!r} has no known ending, expected one of {', '.join(known)}")
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InputError(f"plot {str(path)!r} has no known ending, expected one of {', '.join(FORMATS)}")
     write_with(path, lambda temporary: fig.savefig(temporary))
