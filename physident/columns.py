@@ -30,6 +30,8 @@ class Columns:
     @staticmethod
     def parse(text: str) -> Columns:
         """Columns from a text such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges)."""
+        if not isinstance(text, str):
+            raise InputError(f"columns: {text!r} is not understood; expected a text such as {EXAMPLE!r}")
         found: dict[str, tuple[int, ...]] = {}
         for part in text.split(","):
             match = re.fullmatch(r"\s*(\w+)\s*=\s*([0-9]{1,6})(?::([0-9]{1,6}))?\s*", part)

@@ -115,6 +115,10 @@ class Model:
     @staticmethod
     def from_dict(data: dict[str, Any]) -> Model:
         """The model that ``as_dict`` described."""
-        effects = tuple(effect_from_dict(effect) for effect in data["effects"])
         robot = Robot.from_dict(data["robot"])
-        return Model(robot, effects, np.array([parameter["value"] for parameter in data["parameters"]]))
+        effects = make_effects(effect_from_dict(effect) for effect in data["effects"])
+        model = Model(robot, effects, np.array([parameter["value"] for parameter in data["parameters"]]))
+        for column, parameter in zip(model.columns, data["parameters"], strict=True):
+            if column.name != parameter["name"]:
+                raise InputError(f"parameter {parameter['name']!r} stands where {column.name!r} belongs")
+        return model

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import math
 import os
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
@@ -68,7 +69,7 @@ class Recording:
             if value is not None and value.shape != self.q.shape:
                 raise InputError(f"{self.source}: {name} is {value.shape}, expected the shape of q, {self.q.shape}")
         if self.drive_gains is not None:
-            _check_gains(self.drive_gains, self.n, self.source)
+            check_gains(self.drive_gains, self.n, self.source)
         for value in (self.time, self.q, self.effort, self.dq, self.temperature):
             if value is not None:
                 value.setflags(write=False)
@@ -277,8 +278,9 @@ def _bursts(time: Array, q: Array) -> NDArray[np.intp]:
     return np.concatenate(short) if short else np.empty(0, dtype=np.intp)
 
 
-def _check_gains(gains: Sequence[float], n: int, source: str) -> None:
+def check_gains(gains: Sequence[float], n: int, source: str) -> None:
+    """Raises InputError unless drive gains [N m/A] are ``n`` finite numbers other than zero."""
     if len(gains) != n:
         raise InputError(f"{source}: {len(gains)} drive gains, expected {n}, one for each joint [N m/A]")
-    if not np.isfinite(gains).all() or any(g == 0 for g in gains):
+    if not all(isinstance(g, int | float) and math.isfinite(g) and g != 0 for g in gains):
         raise InputError(f"{source}: drive gains are {list(gains)}, expected finite numbers other than zero [N m/A]")
