@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
+from physident.model import Model
 from physident.robot import Robot
 from physident.signals import Signals
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
 STATES = 400
+RATE = 20.0  # Hz
 EXPRESSION_FLOOR = 1e-9  # a coefficient of beta below this is rounding
 
 
@@ -72,24 +74,35 @@ class BaseParameters:
 
 
 def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
-    """Base parameters of a robot with some effects, from random states: what any motion could show.
+    """Base parameters of a robot with some effects, from a random motion: what any motion could show.
 
     Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
-    states = random_states(robot, seed)
-    Y = np.concatenate([effect.regressor(robot, states) for effect in effects], axis=2)
+    motion = random_motion(robot, seed)
+    if any(effect.needs_model for effect in effects):
+        motion = Model.nominal(robot, effects).refer(motion)
+    Y = np.concatenate([effect.regressor(robot, motion) for effect in effects], axis=2)
     return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns)
 
 
-def random_states(robot: Robot, seed: int, count: int = STATES) -> Signals:
-    """Random states inside the robot's limits, one turn either way at most, for questions of structure."""
+def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
+    """A random motion (count samples at 20 Hz) inside the robot's position limits, one turn either way at most.
+
+    Five sines a joint of random frequency and phase: generic enough that what it does not show, no motion shows.
+    """
     rng = np.random.default_rng(seed)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    lower, upper = np.minimum(lower, upper - 1e-3), np.maximum(upper, lower + 1e-3)
-    q = rng.uniform(lower, upper, size=(count, robot.n))
-    v, a = rng.uniform(-2, 2, size=(2, count, robot.n))
-    return Signals.of_states(q, v, a)
+    frequency = rng.uniform(0.5, 4.0, size=(5, robot.n))
+    phase = frequency * np.arange(count)[:, None, None] / RATE + rng.uniform(0, 2 * np.pi, size=(5, robot.n))
+    size = rng.uniform(0.5, 1.0, size=(5, robot.n))
+    size *= np.maximum(upper - lower, 1e-3) / 2 / size.sum(axis=0)
+    q = (lower + upper) / 2 + (size * np.sin(phase)).sum(axis=1)
+    v = (size * frequency * np.cos(phase)).sum(axis=1)
+    a = (-size * frequency**2 * np.sin(phase)).sum(axis=1)
+    return Signals(
+        np.arange(count) / RATE, q, v, a, temperature=20 + np.sin(phase[:, 0]), rate=RATE, source="random motion"
+    )
 
 
 def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:

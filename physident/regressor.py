@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
+from physident.model import Model
 from physident.robot import Robot
 from physident.signals import Filter, Signals
 
@@ -32,7 +33,8 @@ class Regressor:
     """Filtered regressor and torque of M kept instants of n joints, p columns, stored without structural zeros.
 
     ``torque`` (M, n) [N m|N]; ``time`` (M,) [s]; ``recording`` (M,) the index of the recording a row comes from;
-    ``segment`` (M,) the index of the contiguous segment. ``kept_rate`` [Hz].
+    ``segment`` (M,) the index of the contiguous segment. ``kept_rate`` [Hz]. ``counted`` (M, n): a row of a joint that
+    does not count, because an effect there still depends on what was before the recording, is zero on both sides.
     """
 
     columns: tuple[Column, ...]
@@ -42,6 +44,7 @@ class Regressor:
     recording: NDArray[np.intp]
     segment: NDArray[np.intp]
     kept_rate: float
+    counted: NDArray[np.bool_]
 
     @property
     def Y(self) -> Array:
@@ -81,14 +84,23 @@ class Regressor:
 
 
 def build_regressor(
-    robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals], filter: Filter, moving_only: bool = True
+    robot: Robot,
+    effects: Sequence[Effect],
+    signals: Sequence[Signals],
+    filter: Filter,
+    moving_only: bool = True,
+    theta: Array | None = None,
 ) -> Regressor:
     """The regressor of some recordings' signals: each column and the torque pass the same filter and decimation.
 
+    Columns that depend on the model's own torque take it from ``theta`` (p,), or from the robot's nominal parameters.
     ``moving_only`` keeps the rows whose filter window lies in the moving part of its recording. Raises InputError for signals without torque, of another
     number of joints, or with nothing left.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
+    if any(effect.needs_model for effect in effects):
+        model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
+        signals = [model.refer(s) for s in signals]
     places = _Places(robot, effects)
     pieces = [_segments(robot, s, filter, moving_only) for s in signals]
     total = sum(len(keep) for piece in pieces for _, keep in piece)
@@ -99,6 +111,7 @@ def build_regressor(
         )
     values = [np.empty((len(places.columns[j]), total)) for j in range(robot.n)]
     torque, time = np.empty((total, robot.n)), np.empty(total)
+    counted = np.ones((total, robot.n), dtype=bool)
     origin, part = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
     at = segment = 0
     for index, (one, piece) in enumerate(zip(signals, pieces, strict=True)):
@@ -109,10 +122,14 @@ def build_regressor(
             torque[own], time[own] = _filtered_measurements(one, samples, keep, filter)
             origin[own], part[own] = index, segment
             places.fill(values, at, one.part(samples), keep, filter)
+            counted[own] = places.counted(one.part(samples), keep, filter)
             at, segment = at + len(keep), segment + 1
+    for j in range(robot.n):  # a row that does not count is zero on both sides
+        values[j][:, ~counted[:, j]] = 0.0
+    torque[~counted] = 0.0
     rows = tuple(JointRows(places.columns[j], values[j].T) for j in range(robot.n))
     rates = [s.rate / filter.decimation(s.rate) for s in signals]
-    return Regressor(columns, rows, torque, time, origin, part, float(np.mean(rates)))
+    return Regressor(columns, rows, torque, time, origin, part, float(np.mean(rates)), counted)
 
 
 class _Places:
@@ -135,18 +152,36 @@ class _Places:
         self.columns = [np.array(columns, dtype=np.intp) for columns in entries]
 
     def fill(self, values: list[Array], at: int, signals: Signals, keep: NDArray[np.intp], filter: Filter) -> None:
-        """Evaluate and filter the kept rows of one segment, a chunk at a time, into ``values`` from ``at`` on."""
+        """Evaluate and filter the kept rows of one segment into ``values`` from ``at`` on: a chunk at a time where each
+        sample stands for itself, all at once where an effect has a memory."""
         D = filter.decimation(signals.rate)
         length = len(filter.taps(signals.rate))
         rows = max(1, max(CHUNK, 4 * length) // D)
+        for effect, target in zip(self.effects, self.targets, strict=True):
+            if not effect.pointwise:
+                whole = filter.apply(effect.values(self.robot, signals), signals.rate)[:, keep]
+                self._put(values, target, whole, at)
         for start in range(0, len(keep), rows):
             chunk = slice(keep[start] * D, keep[min(start + rows, len(keep)) - 1] * D + length)
             part = signals.part(chunk)
             for effect, target in zip(self.effects, self.targets, strict=True):
-                kept = filter.apply(effect.values(self.robot, part), signals.rate)
-                here = slice(at + start, at + start + kept.shape[1])
-                for j, (mine, place) in enumerate(target):
-                    values[j][place, here] = kept[mine]
+                if effect.pointwise:
+                    self._put(values, target, filter.apply(effect.values(self.robot, part), signals.rate), at + start)
+
+    def _put(self, values: list[Array], target: list[tuple[NDArray[np.intp], slice]], kept: Array, at: int) -> None:
+        for j, (mine, place) in enumerate(target):
+            values[j][place, at : at + kept.shape[1]] = kept[mine]
+
+    def counted(self, signals: Signals, keep: NDArray[np.intp], filter: Filter) -> NDArray[np.bool_]:
+        """Rows (K, n) whose whole window is settled for every effect of that joint."""
+        result = np.ones((len(keep), self.robot.n), dtype=bool)
+        D, length = filter.decimation(signals.rate), len(filter.taps(signals.rate))
+        for effect in self.effects:
+            unsettled = effect.unsettled(self.robot, signals)
+            if unsettled is not None:
+                before = np.concatenate([np.zeros((1, self.robot.n)), np.cumsum(unsettled, axis=0)])
+                result &= before[keep * D + length] == before[keep * D]
+        return result
 
 
 def _segments(

@@ -257,4 +257,4 @@ def _motion_subspace(model: Any, index: int) -> Array:
     import pinocchio
 
     J = pinocchio.computeJointJacobian(model, model.createData(), pinocchio.neutral(model), index)
-    return J[:, model.idx_vs[index]]
+    return J.reshape(6, -1)[:, model.idx_vs[index]]  # of one joint, Pinocchio gives a vector

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.base_parameters import random_states, select_base
+from physident.base_parameters import random_motion, select_base
 from physident.dh import urdf_from_table
 from tests.robots import TREE
 
@@ -20,7 +20,7 @@ def _half(joints: slice, gravity: tuple[float, float, float]) -> pid.Robot:
 
 
 def _stacked(robot: pid.Robot, effects: tuple[pid.Effect, ...], seed: int) -> np.ndarray:
-    states = random_states(robot, seed, count=60)
+    states = random_motion(robot, seed, count=60)
     return np.concatenate([e.regressor(robot, states) for e in effects], axis=2).reshape(60 * robot.n, -1)
 
 

@@ -1,50 +1,76 @@
-"""The contract that every effect of the catalogue keeps."""
+"""The contract that every effect of the catalogue keeps, and each one's torque against a closed form."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import physident as pid
+from physident.base_parameters import random_motion
 from physident.effects.catalogue import effect_from_dict
 
 EFFECTS = sorted(pid.CATALOGUE)
+WHOLE_ARM = ("rigid_body", "payload", "gravity_tilt", "time_delay", "contact")
 
 
-def _states(robot: pid.Robot, count: int = 40, seed: int = 0) -> pid.Signals:
-    rng = np.random.default_rng(seed)
-    return pid.Signals.of_states(*rng.uniform(-2, 2, size=(3, count, robot.n)))
+def ready(name: str, joints: tuple[int, ...] | None = None) -> pid.Effect:
+    """An effect of the catalogue with a value from the middle of the grid for each shape parameter."""
+    cls = pid.CATALOGUE[name]
+    shapes = {s.field: (s.grid[len(s.grid) // 2],) for s in cls.shapes}
+    return cls(joints=joints, **shapes)
+
+
+def motion(robot: pid.Robot, seed: int = 0) -> pid.Signals:
+    """A random motion that a model with the five default effects has been asked about."""
+    model = pid.Model.nominal(robot)
+    theta = model.theta.copy()
+    theta[60:] = np.random.default_rng(seed).uniform(0.5, 2.0, size=24)
+    return pid.Model(robot, model.effects, theta).refer(random_motion(robot, seed))
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_shapes_names_and_units(name: str, ur5: pid.Robot) -> None:
-    effect = pid.CATALOGUE[name]()
-    columns, states = effect.columns(ur5), _states(ur5)
+    effect, signals = ready(name), motion(ur5)
+    columns = effect.columns(ur5)
     assert effect.name == name
-    assert effect.regressor(ur5, states).shape == (40, 6, len(columns))
+    assert effect.regressor(ur5, signals).shape == (len(signals.time), 6, len(columns))
     assert len({c.name for c in columns}) == len(columns)
     assert all(c.unit and 1 <= c.joint <= 6 and c.effect == name for c in columns)
     assert effect.acts_on in ("plant", "measurement", "sensor")
     assert effect.nominal(ur5).shape == (len(columns),)
+    pattern = effect.pattern(ur5)
+    assert len({tuple(p) for p in pattern.tolist()}) == len(pattern)
+    if name != "rigid_body":
+        assert effect.signature
+        assert effect.rivals
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_regressor_times_parameters_is_the_model_torque(name: str, ur5: pid.Robot) -> None:
-    effect, states = pid.CATALOGUE[name](), _states(ur5)
-    theta = np.random.default_rng(1).normal(size=len(effect.columns(ur5)))
-    torque = pid.Model(ur5, (effect,), theta).torque(states)
-    np.testing.assert_allclose(effect.regressor(ur5, states) @ theta, torque, atol=1e-10)
+    """A model's torque is the sum of its effects' regressors times their parameters, at the model's own reference."""
+    effect = ready(name)
+    rng = np.random.default_rng(1)
+    base = pid.Model.nominal(ur5)
+    effects = (*base.effects, effect) if name not in {e.name for e in base.effects} else base.effects
+    count = len(effect.columns(ur5)) if len(effects) > 5 else 0
+    model = pid.Model(ur5, effects, np.concatenate([base.theta, 0.01 * rng.normal(size=count)]))
+    signals = model.refer(random_motion(ur5, 2))
+    Y = np.concatenate([e.regressor(ur5, signals) for e in effects], axis=2)
+    np.testing.assert_allclose(Y @ model.theta, model.torque(random_motion(ur5, 2)), atol=1e-9)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_finite_at_standstill(name: str, ur5: pid.Robot) -> None:
-    zero = np.zeros((5, 6))
-    assert np.isfinite(pid.CATALOGUE[name]().regressor(ur5, pid.Signals.of_states(zero, zero, zero))).all()
+    still = replace(random_motion(ur5, 0), **{k: np.zeros((400, 6)) for k in "qva"})
+    signals = pid.Model.nominal(ur5).refer(still)
+    assert np.isfinite(ready(name).regressor(ur5, signals)).all()
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_the_nominal_robot_lies_inside_the_cones(name: str, ur5: pid.Robot) -> None:
-    effect = pid.CATALOGUE[name]()
+    effect = ready(name)
     theta = effect.nominal(ur5)
     for cone in effect.cones(ur5):
         value = cone.map @ theta + cone.offset
@@ -54,40 +80,108 @@ def test_the_nominal_robot_lies_inside_the_cones(name: str, ur5: pid.Robot) -> N
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_survives_json(name: str) -> None:
-    effect = pid.CATALOGUE[name]()
+    effect = ready(name)
     assert effect_from_dict(effect.as_dict()) == effect
 
 
-@pytest.mark.parametrize("name", [n for n in EFFECTS if n != "rigid_body"])
-def test_restricted_to_joints_it_acts_there_only(name: str, ur5: pid.Robot) -> None:
-    some, states = pid.CATALOGUE[name](joints=(2, 5)), _states(ur5)
+@pytest.mark.parametrize("name", [n for n in EFFECTS if n not in (*WHOLE_ARM, "coupled_friction", "link_inertia")])
+def test_restricted_to_joints_it_is_that_part_of_the_whole(name: str, ur5: pid.Robot) -> None:
+    signals = motion(ur5)
+    some, every = ready(name, joints=(2, 5)), ready(name)
     assert {c.joint for c in some.columns(ur5)} == {2, 5}
-    rows = np.abs(some.regressor(ur5, states)).max(axis=(0, 2))
-    assert np.flatnonzero(rows).tolist() == [1, 4]
+    chosen = [i for i, c in enumerate(every.columns(ur5)) if c.joint in (2, 5)]
+    np.testing.assert_array_equal(some.regressor(ur5, signals), every.regressor(ur5, signals)[:, :, chosen])
     with pytest.raises(pid.InputError, match="joint 7 does not exist"):
-        pid.CATALOGUE[name](joints=(7,)).columns(ur5)
+        ready(name, joints=(7,)).columns(ur5)
 
 
-@pytest.mark.parametrize("name", ["viscous_friction", "coulomb_friction"])
-def test_friction_takes_energy(name: str, ur5: pid.Robot) -> None:
-    effect, states = pid.CATALOGUE[name](), _states(ur5)
-    power = effect.regressor(ur5, states) @ np.ones(6) * states.v
-    assert (power >= 0).all()
-    assert power.sum() > 0
+@pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].pointwise])
+def test_pointwise_effects_have_no_memory(name: str, ur5: pid.Robot) -> None:
+    effect, signals = ready(name), motion(ur5)
+    whole = effect.values(ur5, signals)
+    part = effect.values(ur5, signals.part(slice(100, 110)))
+    np.testing.assert_allclose(part, whole[:, 100:110], atol=1e-9)
 
 
-def test_nominal_drive_values_are_the_published_ones_at_the_joint(ur5: pid.Robot) -> None:
-    """Motor friction times the gear ratio; motor inertia times its square."""
-    coulomb = pid.CATALOGUE["coulomb_friction"]().nominal(ur5)
-    rotor = pid.CATALOGUE["rotor_inertia"]().nominal(ur5)
-    np.testing.assert_allclose(coulomb[[0, 1]], [0.076 * 101, (0.083 + 0.082) / 2 * 101])
-    np.testing.assert_allclose(rotor[[0, 5]], [1.87e-8 * 101**2, 2.07e-5 * 101**2])
+def test_friction_takes_energy(ur5: pid.Robot) -> None:
+    signals = motion(ur5)
+    names = ("viscous_friction", "coulomb_friction", "nonlinear_viscous_friction", "load_dependent_friction")
+    for name in (*names, "stribeck_friction", "presliding_hysteresis"):
+        effect = ready(name)
+        power = (effect.regressor(ur5, signals) @ np.ones(len(effect.columns(ur5)))) * signals.v
+        assert power.sum() > 0, name
+        if name != "presliding_hysteresis":  # a bent bristle gives back a part of what it took
+            assert (power >= 0).all(), name
 
 
-def test_unknown_and_repeated_effects_are_refused() -> None:
-    with pytest.raises(pid.InputError, match="'magic' is unknown"):
-        pid.make_effects(["magic"])
-    with pytest.raises(pid.InputError, match="given twice"):
-        pid.make_effects(["rigid_body", "rigid_body"])
-    with pytest.raises(pid.InputError, match="no effects given"):
-        pid.make_effects([])
+def test_velocity_friction_is_the_stated_law(ur5: pid.Robot) -> None:
+    signals = motion(ur5)
+    v = signals.v[:, 2]
+    smooth = np.tanh(v / 0.01)
+    assert signals.load is not None
+    laws = {
+        "viscous_friction": v,
+        "coulomb_friction": smooth,
+        "friction_asymmetry": np.abs(v),
+        "stribeck_friction": smooth * np.exp(-((v / 0.1) ** 2)),
+        "nonlinear_viscous_friction": np.sign(v) * np.abs(v) ** 1.5,
+        "load_dependent_friction": smooth * np.abs(signals.load[:, 2]),
+        "joint_spring": signals.q[:, 2],
+        "rotor_inertia": signals.a[:, 2],
+        "torque_offset": np.ones_like(v),
+    }
+    for name, law in laws.items():
+        np.testing.assert_allclose(ready(name).regressor(ur5, signals)[:, 2, 2], law, atol=1e-12, err_msg=name)
+    coupled = pid.CATALOGUE["coupled_friction"](joints=(5, 6)).regressor(ur5, signals)
+    together = signals.v[:, 4] + signals.v[:, 5]
+    for row in (4, 5):
+        np.testing.assert_allclose(coupled[:, row], np.column_stack([np.tanh(together / 0.01), together]), atol=1e-12)
+    assert np.abs(coupled[:, :4]).max() == 0
+
+
+def test_bristle_follows_its_differential_equation() -> None:
+    """Against a fine explicit integration, and against the closed form at constant velocity."""
+    from physident.effects.hysteresis import bristle
+
+    rate, xs = 200.0, np.array([0.01])
+    time = np.arange(600) / rate
+    constant = bristle(np.full((1, 600), 0.05), xs, rate)[0]
+    np.testing.assert_allclose(constant, 0.01 * (1 - np.exp(-0.05 * time / 0.01)), atol=1e-12)
+    fine = np.arange(600 * 50) / (rate * 50)
+
+    def speed(t: np.ndarray) -> np.ndarray:
+        return 0.1 * np.sin(2 * np.pi * 0.7 * t) + 0.03
+
+    z, reference = 0.0, []
+    for k, v in enumerate(speed(fine)):
+        if k % 50 == 0:
+            reference.append(z)
+        z += (v - abs(v) * z / 0.01) / (rate * 50)
+    found = bristle(speed(time)[None], xs, rate)[0]
+    np.testing.assert_allclose(found, reference, atol=2e-4)
+    assert np.abs(found).max() <= 0.01
+
+
+def test_ripple_is_periodic_in_the_angle(ur5: pid.Robot) -> None:
+    signals = motion(ur5)
+    effect = pid.CATALOGUE["torque_ripple"](joints=(3,), order=(7.0,))
+    turned = replace(signals, q=signals.q + 2 * np.pi / 7)
+    np.testing.assert_allclose(effect.values(ur5, turned), effect.values(ur5, signals), atol=1e-9)
+    np.testing.assert_allclose((effect.values(ur5, signals) ** 2).sum(axis=0), 1.0, atol=1e-12)
+    assert effect.cutoff_needed(ur5, signals) == pytest.approx(7 * np.abs(signals.v[:, 2]).max() / 2 / np.pi)
+
+
+def test_warm_up_fades_from_the_recordings_start(ur5: pid.Robot) -> None:
+    signals = motion(ur5)
+    effect = pid.CATALOGUE["warm_up"](joints=(1,), time_constant=(6.0,))
+    dry, viscous = effect.values(ur5, signals)
+    np.testing.assert_allclose(viscous, signals.v[:, 0] * np.exp(-signals.time / 6), atol=1e-12)
+    late = effect.values(ur5, replace(signals, time=signals.time + 12, origin=0.0))
+    np.testing.assert_allclose(late[0], dry * np.exp(-2), atol=1e-12)
+    warm = pid.CATALOGUE["warm_up"](joints=(1,), reference_temperature=20.0)
+    assert signals.temperature is not None
+    np.testing.assert_allclose(
+        warm.values(ur5, signals)[1], signals.v[:, 0] * (signals.temperature[:, 0] - 20), atol=1e-12
+    )
+    with pytest.raises(pid.InputError, match="no temperature channel"):
+        warm.values(ur5, replace(signals, temperature=None))

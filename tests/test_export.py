@@ -14,7 +14,7 @@ import pytest
 
 import physident as pid
 from physident import urdf as reader
-from physident.base_parameters import random_states
+from physident.base_parameters import random_motion
 from physident.cli import run
 from physident.export.parameters import parameters_of
 from physident.export.python import python_of
@@ -87,7 +87,7 @@ def robot(request: pytest.FixtureRequest) -> pid.Robot:
 
 def test_urdf_gives_the_same_rigid_body_torque(robot: pid.Robot) -> None:
     model = physical_model(robot, seed=1)
-    states = random_states(robot, seed=2, count=50)
+    states = random_motion(robot, seed=2, count=50)
     rigid = pid.Model(robot, pid.make_effects(["rigid_body"]), model.parameters("rigid_body"))
     text = urdf_of(model).text
     again = pid.Robot("again", text)
@@ -189,7 +189,7 @@ def test_python_function_equals_the_model(robot: pid.Robot, tmp_path: Path) -> N
     for one in (model, pid.Model(model.robot, effects, theta)):
         space: dict = {}
         exec(python_of(one), space)
-        states = random_states(robot, seed=10, count=30)
+        states = random_motion(robot, seed=10, count=30)
         expected = one.torque(states)
         np.testing.assert_allclose(space["torque"](states.q, states.v, states.a), expected, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(

@@ -5,14 +5,53 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from physident.effects.drive import RotorInertia, TorqueOffset
+from physident.effects.contact import Contact
+from physident.effects.drive import RotorInertia, TorqueConstant, TorqueOffset
 from physident.effects.effect import Effect
-from physident.effects.friction import CoulombFriction, ViscousFriction
+from physident.effects.elastic import JointElasticity, JointSpring
+from physident.effects.friction import (
+    CoulombFriction,
+    FrictionAsymmetry,
+    NonlinearViscousFriction,
+    StribeckFriction,
+    ViscousFriction,
+)
+from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.mounting import GravityTilt, JointZeroOffset
+from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody
+from physident.effects.ripple import TorqueRipple
+from physident.effects.thermal import WarmUp
+from physident.effects.timing import TimeDelay
+from physident.effects.transmission import CoupledFriction, LoadDependentFriction
 from physident.errors import InputError
 
 CATALOGUE: dict[str, type[Effect]] = {
-    effect.name: effect for effect in (RigidBody, RotorInertia, ViscousFriction, CoulombFriction, TorqueOffset)
+    effect.name: effect
+    for effect in (
+        RigidBody,
+        RotorInertia,
+        ViscousFriction,
+        CoulombFriction,
+        FrictionAsymmetry,
+        StribeckFriction,
+        NonlinearViscousFriction,
+        LoadDependentFriction,
+        PreslidingHysteresis,
+        WarmUp,
+        CoupledFriction,
+        TorqueConstant,
+        TorqueOffset,
+        TimeDelay,
+        TorqueRipple,
+        JointSpring,
+        JointElasticity,
+        Payload,
+        LinkInertia,
+        GravityTilt,
+        JointZeroOffset,
+        Contact,
+    )
 }
 DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 
@@ -33,15 +72,17 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
 
 def effect_from_dict(data: dict[str, Any]) -> Effect:
     """The effect that ``Effect.as_dict`` described."""
-    settings = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "effect"
-    }
+    settings = {key: _tupled(value) for key, value in data.items() if key != "effect"}
     try:
         return _by_name(data["effect"])(**settings)
     except (KeyError, TypeError) as error:
         raise InputError(
             f"effect {data!r} is not understood ({error}); was the model written by a newer version?"
         ) from None
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(_tupled(v) for v in value) if isinstance(value, list) else value
 
 
 def _by_name(name: str) -> type[Effect]:

@@ -187,4 +187,4 @@ def nonnegative(k: int) -> Cone:
 
 
 def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
+    return [_plain(v) for v in value] if isinstance(value, tuple) else value
