@@ -9,6 +9,9 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
+from physident.effects.drive import RotorInertia
+from physident.effects.friction import CoulombFriction, ViscousFriction
+from physident.effects.rigid_body import RigidBody
 from physident.recording import recording_from_rows
 from tests.conftest import UR5_GAINS
 
@@ -101,13 +104,17 @@ def test_what_no_motion_shows_stays_nominal(ur5: pid.Robot, runs: list[pid.Recor
     assert np.abs(hidden @ change).max() < 1e-8
 
 
-def test_a_joint_that_never_moves_keeps_its_nominal_friction(ur5: pid.Robot) -> None:
+def test_a_joint_that_never_moves_is_named(ur5: pid.Robot) -> None:
+    """Its friction and rotor cannot be seen: asked for, an error; left out, the other joints are identified."""
     run = _recording(ur5, 5)
     q, v = run.q.copy(), np.array(run.dq)
     q[:, 5], v[:, 5] = 0.3, 0.0
     still = recording_from_rows(run.time, q, v, run.effort, None, "torque", "joint 6 still")
-    estimate = pid.identify(ur5, [still])
-    assert estimate.model.parameters("viscous_friction")[5] == pytest.approx(0.0, abs=1e-5)
+    with pytest.raises(pid.InputError, match=r"joint 6.*record a motion of joint 6"):
+        pid.identify(ur5, [still])
+    moving = tuple(range(1, 6))
+    effects = [RigidBody(), RotorInertia(moving), ViscousFriction(moving), CoulombFriction(moving)]
+    estimate = pid.identify(ur5, [still], effects)
     assert estimate.certificate.determined < estimate.base.r
 
 

@@ -13,13 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.base_parameters import BaseParameters, find_base_parameters
+from physident.columns import Columns
 from physident.errors import InputError
-from physident.files import write_text
+from physident.estimation.certificate import Certificate
+from physident.estimation.cones import physical_cones
+from physident.estimation.estimators import Estimator, estimator_as_dict, estimator_from_dict
+from physident.estimation.uncertainty import t_quantile
+from physident.files import read_text, write_text
 from physident.model import Model
+from physident.recording import check_gains
 from physident.signals import Filter
 
 Array = NDArray[np.float64]
 SCHEMA = "physident.model/1"
+MAX_BYTES = 200_000_000  # of a model file
 
 
 @dataclass(frozen=True)
@@ -32,28 +39,19 @@ class Source:
     used: float
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """What the estimator proves about its answer: largest normalised gradient left, condition number of the scaled
-    regressor, how many of the base parameters the data decided, iterations."""
-
-    stationarity: float
-    condition: float
-    determined: int
-    iterations: int
-
-
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """An identified model and how sure it is.
 
     ``covariance`` (r, r) of the base parameters, valid under autocorrelated residuals; ``sigma`` (n,) [N m|N] and
     ``relative`` (n,) [%] residual per joint on the fitted recordings; ``effective_samples`` (n,) what they are worth.
-    ``filter``, ``columns`` and ``drive_gains`` are remembered for recordings to come.
+    ``filter``, ``columns`` and ``drive_gains`` are remembered for recordings to come. ``blocks`` are behind the
+    covariance. A physical estimate says what decided it: ``shares`` (p,) of the information of independent directions
+    that came from data, ``base_shares`` (r,) of each base parameter, ``held`` the cones it rests on.
     """
 
     model: Model
-    method: str
+    estimator: Estimator
     covariance: Array
     sigma: Array
     relative: Array
@@ -63,6 +61,16 @@ class Estimate:
     sources: tuple[Source, ...]
     columns: str | None = None
     drive_gains: tuple[float, ...] | None = None
+    blocks: int = 2
+    prior_weight: float | None = None
+    shares: tuple[float, ...] = ()
+    base_shares: tuple[float, ...] = ()
+    held: tuple[str, ...] = ()
+
+    @property
+    def method(self) -> str:
+        """Name of the estimator: ols, wls, robust or physical."""
+        return self.estimator.name
 
     @property
     def theta(self) -> Array:
@@ -82,6 +90,22 @@ class Estimate:
         result[self.base.independent[alone]] = np.sqrt(np.diag(self.covariance))[alone]
         return result
 
+    def intervals(self, level: float = 0.95) -> Array:
+        """Lower and upper end (r, 2) of each base parameter's two-sided interval, by Student's t over the blocks.
+
+        For a physical estimate they hold for the base parameters that the data decided, see ``base_shares``.
+        """
+        if not 0 < level < 1:
+            raise InputError(f"level is {level}, expected a probability between 0 and 1, such as 0.95")
+        half = t_quantile(self.blocks, level) * np.sqrt(np.diag(self.covariance))
+        values = self.base.values(self.theta)
+        return np.column_stack([values - half, values + half])
+
+    @cached_property
+    def violations(self) -> tuple[str, ...]:
+        """What no real arm could be about these parameters, in words; empty where they are physical."""
+        return tuple(physical_cones(self.model.robot, self.model.effects).broken(self.theta))
+
     def save(self, path: str | Path) -> None:
         """Write the estimate as JSON (schema physident.model/1), whole or not at all."""
         write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
@@ -91,7 +115,13 @@ class Estimate:
         return {
             "schema": SCHEMA,
             **self.model.as_dict(),
-            "method": self.method,
+            "estimator": estimator_as_dict(self.estimator),
+            "prior_weight": self.prior_weight,
+            "blocks": self.blocks,
+            "shares": list(self.shares),
+            "base_shares": list(self.base_shares),
+            "held": list(self.held),
+            "violations": list(self.violations),
             "base_parameters": [
                 {"expression": text, "value": float(value), "std": float(std)}
                 for text, value, std in zip(
@@ -120,41 +150,58 @@ class Estimate:
 
 def load_estimate(path: str | Path) -> Estimate:
     """The estimate in a model file; raises InputError where it is missing, no JSON, or of another schema."""
+    text = read_text(path, MAX_BYTES, "a model file that identify wrote")
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not text"
-        raise InputError(
-            f"model {str(path)!r} cannot be read ({reason}); expected a file that identify wrote"
-        ) from None
-    except (json.JSONDecodeError, RecursionError) as error:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({error}); expected a file that identify wrote") from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise InputError(f"{path}: schema is {found!r}, expected {SCHEMA!r}: a file that identify wrote")
     try:
         return _from_dict(data)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OverflowError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{path}: not a complete model ({type(error).__name__}: {error}); identify it again") from None
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
     estimate = Estimate(
         model=Model.from_dict(data),
-        method=data["method"],
+        estimator=estimator_from_dict(data["estimator"]),
         covariance=np.array(data["covariance"], dtype=float),
         sigma=np.array(data["sigma"], dtype=float),
         relative=np.array(data["relative_percent"], dtype=float),
         effective_samples=np.array(data["effective_samples"], dtype=float),
-        certificate=Certificate(**data["certificate"]),
+        certificate=Certificate(**data["certificate"] | {"eigenvalues": tuple(data["certificate"]["eigenvalues"])}),
         filter=Filter(**data["filter"]),
         sources=tuple(Source(**source) for source in data["recordings"]),
         columns=data["columns"],
         drive_gains=data["drive_gains"] and tuple(data["drive_gains"]),
+        blocks=int(data["blocks"]),
+        prior_weight=data["prior_weight"],
+        shares=tuple(data["shares"]),
+        base_shares=tuple(data["base_shares"]),
+        held=tuple(data["held"]),
     )
-    n, r = estimate.model.robot.n, estimate.base.r
-    if estimate.sigma.shape != (n,) or estimate.covariance.shape != (r, r):
-        raise ValueError(
-            f"sigma {estimate.sigma.shape} and covariance {estimate.covariance.shape} do not fit {n} joints"
-        )
+    _check(estimate)
     return estimate
+
+
+def _check(estimate: Estimate) -> None:
+    """Raises InputError where the parts of an estimate do not fit one another, as in a file edited by hand."""
+    n, r = estimate.model.robot.n, estimate.base.r
+    shapes = {"covariance": (r, r), "sigma": (n,), "relative": (n,), "effective_samples": (n,)}
+    for name, shape in shapes.items():
+        value = getattr(estimate, name)
+        if (
+            value.shape != shape
+            or not np.isfinite(value).all()
+            or (np.diag(value) if name == "covariance" else value).min() < 0
+        ):
+            raise InputError(f"{name} does not fit: expected {shape} finite numbers, not negative; identify it again")
+    if estimate.columns is not None:
+        Columns.parse(estimate.columns)
+    if estimate.drive_gains is not None:
+        check_gains(estimate.drive_gains, n, "the model")

@@ -11,40 +11,46 @@ from physident.base_parameters import BaseParameters, find_base_parameters
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.estimate import Certificate, Estimate, Source
+from physident.estimation.certificate import Certificate
+from physident.estimation.cones import physical_cones
+from physident.estimation.estimate import Estimate, Source
+from physident.estimation.estimators import WLS, Estimator, Physical, Robust, make_estimator
 from physident.estimation.least_squares import least_squares
+from physident.estimation.robust import robust_least_squares
 from physident.model import Model
 from physident.recording import Recording
 from physident.regressor import Regressor, build_regressor
 from physident.robot import Robot
-from physident.signals import Filter, Signals, prepare
+from physident.signals import MOVING_SPEED, Filter, Signals, prepare
 
 Array = NDArray[np.float64]
-METHODS = ("wls", "ols")
 
 
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],
     effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
-    method: str = "wls",
+    method: str | Estimator = "wls",
     filter: Filter | None = None,
     columns: str | None = None,
 ) -> Estimate:
     """Identify the parameters of some effects of a robot from recordings; returns an ``Estimate``.
 
-    ``method`` "wls" weighs each joint by its own residual, "ols" does not. ``columns`` is only remembered in the
-    estimate. Raises InputError for recordings that do not fit the robot or where no joint moves, NotSolvedError where
-    the estimator does not settle. Source: thesis eq. 3.61-3.64.
+    ``method`` is "ols", "wls" (each joint by its own residual), "robust" (outliers count linearly), "physical" (only
+    what a real arm can be, with a prior), or one of the objects of these names with its settings. ``columns`` is only
+    remembered in the estimate. Raises InputError for recordings that do not fit the robot or where a joint with
+    effects of its own never moves, for a prior or bounds that do not fit the model; NotSolvedError where the estimator
+    does not settle, bounds contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown, expected one of {', '.join(METHODS)}")
+    estimator = make_estimator(method)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
     filter = filter or Filter()
     made = make_effects(effects)
-    regressor = build_regressor(robot, made, prepare_all(robot, recordings, filter), filter)
-    return estimate_from(robot, made, regressor, recordings, method, filter, columns)
+    signals = prepare_all(robot, recordings, filter)
+    _refuse_still_joints(robot, made, signals)
+    regressor = build_regressor(robot, made, signals, filter)
+    return estimate_from(robot, made, regressor, recordings, estimator, filter, columns)
 
 
 def prepare_all(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:
@@ -67,25 +73,40 @@ def estimate_from(
     effects: tuple[Effect, ...],
     regressor: Regressor,
     recordings: Sequence[Recording],
-    method: str,
+    method: str | Estimator,
     filter: Filter,
     columns: str | None = None,
 ) -> Estimate:
     """The estimate of a regressor that is already built: what ``identify`` and left-out studies share."""
+    estimator = make_estimator(method)
     base = find_base_parameters(robot, effects)
     nominal = Model.nominal(robot, effects).theta
-    solution = least_squares(regressor, base, nominal, weighted=method == "wls")
-    model = Model(robot, effects, nearest_to(nominal, base, solution.base))
-    residual = regressor.torque - regressor.predict(model.theta)
-    size = np.linalg.norm(regressor.torque, axis=0)
-    relative = 100 * np.linalg.norm(residual, axis=0) / np.where(size > 0, size, 1.0)
+    sources = tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings))
+    if isinstance(estimator, Physical):
+        from physident.estimation.consistent import solve_physical  # cvxpy takes a second to import
+
+        found = solve_physical(regressor, base, robot, effects, nominal, estimator)
+        return Estimate(
+            Model(robot, effects, found.theta), estimator, found.covariance, found.sigma,
+            _relative(regressor, found.theta), found.effective_samples, found.certificate, filter, sources,
+            columns, _shared_gains(recordings), found.blocks, found.prior_weight,
+            tuple(float(s) for s in found.decision.shares), tuple(float(s) for s in found.decision.base), found.held,
+        )  # fmt: skip
+    if isinstance(estimator, Robust):
+        solution = robust_least_squares(regressor, base, nominal, estimator.threshold)
+    else:
+        noise = estimator.noise if isinstance(estimator, WLS) else "equal"
+        solution = least_squares(regressor, base, nominal, noise)
+    theta = nearest_to(nominal, base, solution.base)
+    matrices = physical_cones(robot, effects).matrices
     certificate = Certificate(
-        solution.stationarity, solution.condition, int(solution.determined.sum()), solution.iterations
-    )
+        solution.stationarity, solution.condition, int(solution.determined.sum()), solution.iterations,
+        eigenvalues=tuple(smallest_share(m.at(theta)) for m in matrices),
+    )  # fmt: skip
     return Estimate(
-        model, method, solution.covariance, solution.sigma, relative, solution.effective_samples, certificate, filter,
-        tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings)),
-        columns, _shared_gains(recordings),
+        Model(robot, effects, theta), estimator, solution.covariance, solution.sigma, _relative(regressor, theta),
+        solution.effective_samples, certificate, filter, sources, columns, _shared_gains(recordings), solution.blocks,
+        base_shares=tuple(float(d) for d in solution.determined),
     )  # fmt: skip
 
 
@@ -94,6 +115,37 @@ def nearest_to(nominal: Array, base: BaseParameters, values: Array) -> Array:
     stays where the robot's description has it."""
     K = base.grouping
     return nominal + K.T @ np.linalg.solve(K @ K.T, values - K @ nominal)
+
+
+def smallest_share(P: Array) -> float:
+    """Smallest eigenvalue of a symmetric matrix over its largest in size; zero for a zero matrix."""
+    values = np.linalg.eigvalsh(P)
+    size = float(np.abs(values).max())
+    return float(values[0]) / size if size > 0 else 0.0
+
+
+def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> None:
+    """A joint that never moves hides its own friction and rotor: columns that vanish without its motion."""
+    speed = np.max([np.abs(one.v).max(axis=0) for one in signals], axis=0)
+    rest = Signals.of_states(*np.zeros((3, 1, robot.n)))
+    for j in np.flatnonzero(speed < MOVING_SPEED):
+        hidden = []
+        for effect in effects:
+            rows = effect.pattern(robot)
+            own = effect.name != "rigid_body" and (rows[:, 0] == j).any()
+            if own and not np.abs(effect.values(robot, rest)[rows[:, 0] == j]).any():
+                hidden.append(effect.name)
+        if hidden:
+            raise InputError(
+                f"joint {j + 1} ({robot.joint_names[j]}) never moves faster than {MOVING_SPEED} rad/s in any recording:"
+                f" nothing shows its {', '.join(hidden)}; record a motion of joint {j + 1}, or leave it out of these effects"
+            )
+
+
+def _relative(regressor: Regressor, theta: Array) -> Array:
+    residual = regressor.torque - regressor.predict(theta)
+    size = np.linalg.norm(regressor.torque, axis=0)
+    return 100 * np.linalg.norm(residual, axis=0) / np.where(size > 0, size, 1.0)
 
 
 def _source(index: int, recording: Recording, regressor: Regressor) -> Source:

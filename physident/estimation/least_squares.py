@@ -89,9 +89,11 @@ def finish(
         np.bincount(rows.columns, rows.values.T @ psi, len(base.columns))
         for rows, psi in zip(white.joints, influence.T, strict=True)
     )
-    cosine = np.abs(np.asarray(gradient)[base.independent]) / (step.scale * max(float(np.linalg.norm(influence)), 1e-300))
+    cosine = np.abs(np.asarray(gradient)[base.independent]) / (
+        step.scale * max(float(np.linalg.norm(influence)), 1e-300)
+    )
     memory = correlation_rows(regressor, residual)
-    left_out = jackknife(white, base, influence, curvature, float(memory.max()))
+    left_out = jackknife(white, base, influence, float(memory.max()), curvature)
     return Solution(
         step.x, left_out.covariance, joint_sigma(regressor, residual, base.r), step.determined, float(cosine.max()),
         step.condition, iterations, len(residual) / memory, left_out.blocks,

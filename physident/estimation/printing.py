@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from physident.estimation.decision import BY_DATA, BY_PRIOR
+from physident.estimation.estimators import Physical
+
 if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
 
@@ -18,22 +21,63 @@ def estimate_text(estimate: Estimate) -> str:
     used = sum(source.used for source in estimate.sources)
     values, std = base.values(model.theta), np.sqrt(np.diag(estimate.covariance))
     vague = np.flatnonzero(std > VAGUE * np.abs(values))
+    prior = "" if estimate.prior_weight is None else _prior(estimate)
     rows = [
-        f"Estimate of {model.robot.name} by {estimate.method}: {len(estimate.sources)} recordings, {used:.0f} s in motion,"
+        f"Estimate of {model.robot.name} by {estimate.method}{prior}: {len(estimate.sources)} recordings, {used:.0f} s in motion,"
         f" cutoff {estimate.filter.cutoff:g} Hz",
         f"{base.r} base parameters of {len(model.columns)}; the data decide {certificate.determined};"
         f" condition {certificate.condition:.3g}",
         "",
         *_joint_table(estimate),
         "",
-        f"largest gradient left {certificate.stationarity:.1e} (0 is exact)",
+        f"largest gradient left {certificate.stationarity:.1e} (0 is exact)" + _proof(estimate),
     ]
+    if estimate.shares:
+        rows.append(_decided(estimate))
     if len(vague):
         worst = vague[np.argsort(-(std / np.maximum(np.abs(values), 1e-12))[vague])]
         names = ", ".join(base.columns[base.independent[i]].name for i in worst[:6])
         more = f" and {len(vague) - 6} more" if len(vague) > 6 else ""
         rows.append(f"vague (standard error above half the value): {names}{more}")
+    broken = "; ".join(estimate.violations[:4]) + ("; ..." if len(estimate.violations) > 4 else "")
+    rows.append(
+        f"verdict: not physical: {broken}"
+        if broken
+        else "verdict: physical: every link is a rigid body, friction dissipates"
+    )
     return "\n".join(rows)
+
+
+def _prior(estimate: Estimate) -> str:
+    assert isinstance(estimate.estimator, Physical)
+    prior = estimate.estimator.prior
+    if prior.name == "none":
+        return ", no prior"
+    chosen = " chosen on left-out recordings" if prior.weight == "auto" else ""
+    return f", {prior.name} prior of weight {estimate.prior_weight:g}{chosen}"
+
+
+def _proof(estimate: Estimate) -> str:
+    certificate = estimate.certificate
+    if not estimate.shares:
+        return ""
+    least = min(certificate.eigenvalues, default=0.0)
+    return f", cones violated by {certificate.primal:.1e}, gap {certificate.gap:.1e}; smallest share of a link's pseudo-inertia {least:.1e}"
+
+
+def _decided(estimate: Estimate) -> str:
+    shares = np.array(estimate.shares)
+    data, prior = np.count_nonzero(shares >= BY_DATA), np.count_nonzero(shares <= BY_PRIOR)
+    text = f"of {len(shares)} directions the data decided {data}, the prior {prior}, both {len(shares) - data - prior}"
+    leaning = [
+        estimate.base.columns[i].name
+        for i, s in zip(estimate.base.independent, estimate.base_shares, strict=True)
+        if s < BY_DATA
+    ]
+    if leaning:
+        more = f" and {len(leaning) - 8} more" if len(leaning) > 8 else ""
+        text += f"\nbase parameters that lean on the prior: {', '.join(leaning[:8])}{more}"
+    return text + (f"\nheld by a bound: {'; '.join(f'else {h}' for h in estimate.held)}" if estimate.held else "")
 
 
 def _joint_table(estimate: Estimate) -> list[str]:

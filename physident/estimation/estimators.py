@@ -1,0 +1,128 @@
+"""The estimators by their public names, with their settings: what ``identify`` can be asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar, Literal
+
+from physident.errors import InputError
+from physident.estimation.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.prior import PRIORS, Entropic, Prior, prior_from_dict
+
+HUBER = 1.345  # standard deviations: 95 % efficient for Gaussian noise, Huber "Robust Statistics" (1981), sec. 4.5
+
+
+@dataclass(frozen=True)
+class OLS:
+    """Ordinary least squares: every joint's torque in N m counts alike (thesis eq. 3.64)."""
+
+    name: ClassVar[str] = "ols"
+
+
+@dataclass(frozen=True)
+class WLS:
+    """Weighted least squares, iterated until the weights settle.
+
+    ``noise`` "diagonal" weighs each joint by its own residual; "full" whitens with the covariance between joints.
+    """
+
+    noise: Literal["diagonal", "full"] = "diagonal"
+
+    name: ClassVar[str] = "wls"
+
+    def __post_init__(self) -> None:
+        _among("wls: noise", self.noise, ("diagonal", "full"))
+
+
+@dataclass(frozen=True)
+class Robust:
+    """Huber's estimator by iterated reweighting: beyond ``threshold`` standard deviations a residual counts linearly.
+
+    The standard deviation of each joint is that of its middle half (1.4826 times the median of |residual|).
+    """
+
+    threshold: float = HUBER
+
+    name: ClassVar[str] = "robust"
+
+    def __post_init__(self) -> None:
+        _positive("robust: threshold", self.threshold, "standard deviations")
+
+
+@dataclass(frozen=True)
+class Physical:
+    """The most likely parameters among those that a real arm can have.
+
+    Every link's pseudo-inertia is positive semidefinite, rotor inertias are not negative, the friction of each joint
+    dissipates at every speed, and whatever cones other effects have. ``prior`` says what nominal values are worth;
+    ``loss`` "huber" combines with the robust loss. Known facts narrow the set: ``total_mass`` [kg] of the moving links,
+    ``shapes`` that contain a link, ``bounds`` of single parameters. ``resamples`` of the block bootstrap behind the
+    standard errors (0: linearised), drawn with ``seed``.
+    """
+
+    prior: Prior = field(default_factory=Entropic)
+    loss: Literal["squares", "huber"] = "squares"
+    total_mass: float | None = None
+    shapes: tuple[Ellipsoid | Box, ...] = ()
+    bounds: tuple[Bound, ...] = ()
+    resamples: int = 100
+    seed: int = 0
+
+    name: ClassVar[str] = "physical"
+
+    def __post_init__(self) -> None:
+        _among("physical: loss", self.loss, ("squares", "huber"))
+        if self.total_mass is not None:
+            _positive("physical: total_mass", self.total_mass, "kg")
+        if self.resamples < 0 or self.resamples == 1:
+            raise InputError(f"physical: resamples is {self.resamples}, expected 0 (linearised) or at least 2")
+
+
+Estimator = OLS | WLS | Robust | Physical
+ESTIMATORS: dict[str, Callable[..., Estimator]] = {e.name: e for e in (OLS, WLS, Robust, Physical)}
+
+
+def make_estimator(method: str | Estimator) -> Estimator:
+    """The estimator of a name with its default settings, or the ready-made one; raises InputError for another name."""
+    if isinstance(method, OLS | WLS | Robust | Physical):
+        return method
+    if method not in ESTIMATORS:
+        raise InputError(f"method {method!r} is unknown, expected one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[method]()
+
+
+def estimator_as_dict(estimator: Estimator) -> dict[str, Any]:
+    """Name and settings of an estimator, as JSON can hold them."""
+    data: dict[str, Any] = {"method": estimator.name, **asdict(estimator)}
+    if isinstance(estimator, Physical):
+        data["prior"] = estimator.prior.as_dict()
+        data["shapes"] = [{"shape": type(s).__name__, **asdict(s)} for s in estimator.shapes]
+    return data
+
+
+def estimator_from_dict(data: dict[str, Any]) -> Estimator:
+    """The estimator that ``estimator_as_dict`` described."""
+    settings = {key: value for key, value in data.items() if key != "method"}
+    if data["method"] == Physical.name:
+        kinds = {"Ellipsoid": Ellipsoid, "Box": Box}
+        settings["prior"] = prior_from_dict(settings["prior"])
+        settings["shapes"] = tuple(
+            kinds[s["shape"]](**{k: tuple(v) if isinstance(v, list) else v for k, v in s.items() if k != "shape"})
+            for s in settings["shapes"]
+        )
+        settings["bounds"] = tuple(Bound(**b) for b in settings["bounds"])
+    return ESTIMATORS[data["method"]](**settings)
+
+
+def _among(what: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise InputError(f"{what} is {value!r}, expected one of {', '.join(allowed)}")
+
+
+def _positive(what: str, value: float, unit: str) -> None:
+    if not 0 < value < float("inf"):
+        raise InputError(f"{what} is {value}, expected a positive number [{unit}]")
+
+
+__all__ = ["ESTIMATORS", "OLS", "PRIORS", "WLS", "Estimator", "Physical", "Robust", "make_estimator"]

@@ -1,0 +1,196 @@
+"""The convex program of a physical fit, through cvxpy and Clarabel: this is the only file that imports cvxpy.
+
+The tall regressor never comes here: only its QR factor does, as a parameter of a problem that is canonicalised once
+(disciplined parametrised programming), so that a refit with other data or another prior weight takes milliseconds.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sparse
+from numpy.typing import NDArray
+
+from physident.errors import NotSolvedError
+from physident.estimation.certificate import Multipliers, Optimality, check_optimality
+from physident.estimation.cones import Cones
+from physident.estimation.coordinates import SQUARES, TRACES, UNITS, Coordinates
+from physident.estimation.prior import TIE_BREAK, TIE_BREAK_OTHERS, Entropic, NoPrior, Prior
+from physident.estimation.weighting import Compressed
+
+Array = NDArray[np.float64]
+TOLERANCES = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9}
+GIVES = 1e-6  # by how much a contradicted bound must give, relative to its row
+PROVED = Optimality(primal=1e-7, dual=1e-3, gap=1e-6)  # a gap of 1e-8 leaves a gradient of its square root
+LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Coordinates ``u`` (p,) of the optimum, its multipliers, and the proof."""
+
+    u: Array
+    multipliers: Multipliers
+    optimality: Optimality
+
+
+class Program:
+    """min |R K T u - z|^2 / (2 rows) + strength * divergence(u) over the physical cones.
+
+    ``K`` (r, p) groups parameters to base parameters. Compiled once; ``solve`` takes the data and the strength.
+    """
+
+    def __init__(self, K: Array, coordinates: Coordinates, cones: Cones, prior: Prior) -> None:
+        self.coordinates, self.cones, self.prior = coordinates, cones, prior
+        self.KT = K @ coordinates.T
+        self.rows, self.matrices = coordinates.rows(cones), coordinates.matrices(cones)
+        self.equal = (cones.equal @ coordinates.T, cones.targets)
+        self.entropic = isinstance(prior, Entropic) and len(coordinates.links) > 0
+        # a log-determinant keeps its link positive definite: the cone would be stated twice
+        held = [m.link is not None and self.entropic for m in cones.matrices]
+        self.stated = [pair for pair, skip in zip(self.matrices, held, strict=True) if not skip]
+        self._compile()
+
+    def _compile(self) -> None:
+        r, p = self.KT.shape
+        self.u, b = cp.Variable(p), cp.Variable(r)
+        self.R, self.z, self.strength = cp.Parameter((r, r)), cp.Parameter(r), cp.Parameter(nonneg=True)
+        divergence, constraints = self._divergence()
+        tie = np.full(p, np.sqrt(TIE_BREAK_OTHERS))
+        for _, own in self.coordinates.links:
+            tie[own] = 0.0
+        objective = (
+            0.5 * cp.sum_squares(self.R @ b - self.z)
+            + self.strength * divergence
+            + 0.5 * cp.sum_squares(cp.multiply(tie, self.u - self.coordinates.nominal))
+        )
+        (A, offset), (E, target) = self.rows, self.equal
+        self.row_constraint = [sparse.csr_array(A) @ self.u + offset >= 0] if len(A) else []
+        self.equal_constraint = [E @ self.u == target] if len(E) else []
+        self.matrix_constraints = [_psd(M, self.u, B) for M, B in self.stated]
+        own = [*self.row_constraint, *self.equal_constraint, *self.matrix_constraints]
+        grouping = sparse.csr_array(np.where(np.abs(self.KT) > 1e-13 * np.abs(self.KT).max(), self.KT, 0.0))
+        self.problem = cp.Problem(cp.Minimize(objective), [b == grouping @ self.u, *own, *constraints])
+
+    def _divergence(self) -> tuple[cp.Expression, list[cp.Constraint]]:
+        own = [k for _, link in self.coordinates.links for k in range(link.start, link.stop)]
+        count = len(self.coordinates.links)
+        if not count:
+            return cp.Constant(0.0), []
+        if not self.entropic:
+            weights = np.sqrt(np.tile(SQUARES, count))
+            return 0.5 * cp.sum_squares(cp.multiply(weights, (self.u - self.coordinates.nominal)[own])), []
+        # log det X >= sum log diag(Z) for [[X, Z], [Z^T, diag Z]] positive semidefinite, Z lower triangular
+        Z = cp.Variable(10 * count)
+        diagonal = [10 * i + k for i in range(count) for k, (row, column) in enumerate(LOWER) if row == column]
+        constraints = []
+        for i, (_, link) in enumerate(self.coordinates.links):
+            both = cp.hstack([self.u[link], Z[10 * i : 10 * i + 10]])
+            constraints.append(_psd(_log_det_map(), both, np.zeros((8, 8))))
+        return np.tile(TRACES, count) @ self.u[own] - cp.sum(cp.log(Z[diagonal])) - 4.0 * count, constraints
+
+    def solve(self, data: Compressed, strength: float) -> Answer:
+        """The optimum with its certificate; raises NotSolvedError where there is none, or none that can be proved."""
+        scale = 1 / np.sqrt(data.rows)
+        self.R.value, self.z.value = data.R * scale, data.z * scale
+        self.strength.value = TIE_BREAK if isinstance(self.prior, NoPrior) else strength
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an inexact answer is an error here, not a warning
+            try:
+                self.problem.solve(solver=cp.CLARABEL, **TOLERANCES)
+                status = str(self.problem.status)
+            except cp.error.SolverError as error:
+                status = f"failed ({error})"
+        if status != cp.OPTIMAL or self.u.value is None:
+            raise NotSolvedError(self._advice(status))
+        duals = Multipliers(
+            np.concatenate([np.zeros(0), *(np.atleast_1d(c.dual_value) for c in self.row_constraint)]),
+            tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
+            np.concatenate([np.zeros(0), *(np.atleast_1d(c.dual_value) for c in self.equal_constraint)]),
+        )
+        answer = Answer(self.u.value, duals, self._prove(self.u.value, duals, data))
+        found = answer.optimality
+        if not (found.primal <= PROVED.primal and found.dual <= PROVED.dual and found.gap <= PROVED.gap):
+            raise NotSolvedError(
+                f"the solver's answer fails its proof (violation {found.primal:.1e}, gradient {found.dual:.1e}, gap {found.gap:.1e});"
+                " try another prior weight, or method='wls' to see which joint's data are at fault"
+            )
+        return answer
+
+    def _prove(self, u: Array, duals: Multipliers, data: Compressed) -> Optimality:
+        """Residuals of the optimality conditions, from the data and the cones, without cvxpy."""
+        A = data.R @ self.KT / np.sqrt(data.rows)
+        residual = A @ u - data.z / np.sqrt(data.rows)
+        square = residual @ residual + data.rest / data.rows
+        gradient = A.T @ residual
+        sizes = np.linalg.norm(A, axis=0) * np.sqrt(square)
+        objective = 0.5 * square
+        strength = float(self.strength.value)
+        away = u - self.coordinates.nominal
+        for _, own in self.coordinates.links:
+            if self.entropic:
+                X = self.coordinates.link(u, own)
+                inverse = np.linalg.inv(X)
+                largest = np.eye(4) + np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
+                gradient[own] += strength * np.einsum("ij,kij->k", np.eye(4) - inverse, UNITS)
+                sizes[own] += strength * np.einsum("ij,kij->k", largest, UNITS)
+                objective += strength * float(np.trace(X) - np.linalg.slogdet(X)[1] - 4)
+            else:
+                gradient[own] += strength * SQUARES * away[own]
+                sizes[own] += strength * SQUARES * (np.abs(u[own]) + TRACES)
+                objective += 0.5 * strength * float(SQUARES @ away[own] ** 2)
+        others = np.ones(len(u), dtype=bool)
+        for _, own in self.coordinates.links:
+            others[own] = False
+        gradient[others] += TIE_BREAK_OTHERS * away[others]
+        sizes[others] += TIE_BREAK_OTHERS * (np.abs(u) + np.abs(self.coordinates.nominal))[others]
+        return check_optimality(gradient, objective, sizes, self.rows, self.stated, self.equal, u, duals)
+
+    def _advice(self, status: str) -> str:
+        if "infeasible" in status:
+            names = self._contradiction()
+            return f"no arm satisfies all that is asked: {'; '.join(names)}; loosen or drop one of these bounds"
+        if "unbounded" in status:
+            return "the fit has no minimum (unbounded): the recordings hold values beyond all measure; inspect them"
+        return f"the solver ended as {status}, not optimal; try another prior weight, or inspect the recordings"
+
+    def _contradiction(self) -> list[str]:
+        """What has to give, at the least, for the cones to meet: an elastic program."""
+        (A, offset), (E, target) = self.rows, self.equal
+        u = cp.Variable(len(self.coordinates.nominal))
+        gives, constraints, labels = [], [], []
+        if len(A):
+            gives.append(cp.Variable(len(A), nonneg=True))
+            constraints.append(A @ u + offset + gives[-1] >= 0)
+        if len(E):
+            gives.append(cp.Variable(len(E), nonneg=True))
+            constraints.append(cp.abs(E @ u - target) <= gives[-1])
+        labels += self.cones.labels
+        for matrix, (M, B) in zip(self.cones.matrices, self.matrices, strict=True):
+            gives.append(cp.Variable(1, nonneg=True))
+            constraints.append(_psd(M, u, B, gives[-1]))
+            labels.append(matrix.label)
+        cp.Problem(cp.Minimize(cp.sum(cp.hstack(gives))), constraints).solve(solver=cp.CLARABEL)
+        sizes = np.concatenate([np.atleast_1d(give.value) for give in gives])
+        names = [label for label, size in zip(labels, sizes, strict=True) if size > GIVES]
+        return list(dict.fromkeys(names)) or ["the cones have no common interior"]
+
+
+def _psd(M: Array, x: cp.Expression, B: Array, give: cp.Expression | float = 0.0) -> cp.Constraint:
+    """The constraint that M x + B + give 1 is positive semidefinite, from M (d, d, k)."""
+    flat = sparse.csr_array(M.reshape(-1, M.shape[2]))
+    return cp.reshape(flat @ x, B.shape, order="C") + B + give * np.eye(len(B)) >> 0
+
+
+def _log_det_map() -> Array:
+    """(8, 8, 20): the matrix [[X, Z], [Z^T, diag Z]] of ten coordinates of X and ten of a lower triangle Z."""
+    M = np.zeros((8, 8, 20))
+    M[:4, :4, :10] = np.moveaxis(UNITS, 0, 2)
+    for k, (i, j) in enumerate(LOWER):
+        M[i, 4 + j, 10 + k] = M[4 + j, i, 10 + k] = 1.0
+        if i == j:
+            M[4 + i, 4 + i, 10 + k] = 1.0
+    return M

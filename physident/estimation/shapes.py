@@ -1,0 +1,173 @@
+"""Shape parameters and model-dependent columns: what must settle before an estimator sees a linear problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.effect import Effect, Shape
+from physident.estimation.least_squares import least_squares
+from physident.model import Model
+from physident.projection import Baseline
+from physident.base_parameters import find_base_parameters
+from physident.regressor import Regressor, build_regressor
+from physident.robot import Robot
+from physident.signals import Filter, Signals
+
+Array = NDArray[np.float64]
+SWEEPS = 5
+SETTLED = 1e-3  # relative change of a shape, or of the model's torque in its own noise, that counts as none
+REFRESHES = 20
+REFINED = 1e-2  # relative width at which the search for a shape ends: its own uncertainty is larger
+
+
+def settle(
+    robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals], filter: Filter
+) -> tuple[tuple[Effect, ...], Regressor]:
+    """Effects with every shape parameter set, and the regressor whose model-dependent columns have settled.
+
+    Shapes that are not set are found on the same recordings: a grid, then a refinement, of the weighted residual after
+    all linear parameters are refitted (variable projection: Golub and Pereyra, 1973). Columns that depend on the model
+    are refreshed with weighted least squares until they no longer change the prediction.
+    """
+    found = find_shapes(robot, tuple(effects), signals, filter)
+    return found, refreshed(robot, found, signals, filter)
+
+
+def refreshed(
+    robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter, theta: Array | None = None
+) -> Regressor:
+    """The regressor at its own weighted least squares: built anew with the found parameters until it settles."""
+    if not any(effect.needs_model for effect in effects):
+        return build_regressor(robot, effects, signals, filter)
+    theta = _start(robot, effects, signals, filter) if theta is None else theta
+    for _ in range(REFRESHES):
+        regressor = build_regressor(robot, effects, signals, filter, theta=theta)
+        after = _fit(robot, effects, regressor)
+        change = regressor.predict(after) - regressor.predict(theta)
+        theta = after
+        residual = regressor.torque - regressor.predict(theta)
+        if (np.linalg.norm(change, axis=0) <= SETTLED * np.linalg.norm(residual, axis=0)).all():
+            break
+    return build_regressor(robot, effects, signals, filter, theta=theta)
+
+
+def find_shapes(
+    robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter
+) -> tuple[Effect, ...]:
+    """The effects with every shape parameter set, those not given found joint by joint."""
+    open_effects = [i for i, effect in enumerate(effects) if _open(effect)]
+    if not open_effects:
+        return effects
+    fixed = tuple(effect for i, effect in enumerate(effects) if i not in open_effects)
+    regressor = refreshed(robot, fixed, signals, filter)
+    weights = _weights(robot, fixed, regressor)
+    chosen: dict[tuple[int, int], Effect] = {}
+    keys = [(i, joint) for i in open_effects for joint in _joints(effects[i], robot)]
+    for sweep in range(SWEEPS):
+        moved = False
+        for i, joint in keys:
+            others = (*fixed, *(effect for key, effect in chosen.items() if key != (i, joint)))
+            baseline = Baseline.of(build_regressor(robot, others, signals, filter), weights)
+            before = chosen.get((i, joint))
+            now = _best(robot, replace(effects[i], joints=(joint,)), before, baseline, signals, filter)
+            moved |= before is None or _moved(before, now)
+            chosen[i, joint] = now
+        if not moved or len(keys) == 1:
+            break
+        if sweep == 0:
+            every = (*fixed, *chosen.values())
+            weights = _weights(robot, every, build_regressor(robot, every, signals, filter))
+    return tuple(_merged(effect, [chosen[k] for k in keys if k[0] == i]) for i, effect in enumerate(effects))
+
+
+def _best(
+    robot: Robot, effect: Effect, before: Effect | None, baseline: Baseline, signals: Sequence[Signals], filter: Filter
+) -> Effect:
+    """The effect on one joint with the shape of the largest gain: on the grid first, then between its neighbours."""
+    (shape,) = [s for s in effect.shapes if getattr(effect, s.field) is None]
+
+    def gain(value: float) -> float:
+        candidate = build_regressor(robot, [_with(effect, shape, value)], signals, filter)
+        return baseline.judge(candidate).gain
+
+    grid = np.array(_grid(robot, effect, shape))
+    if before is not None and not shape.discrete:
+        near = getattr(before, shape.field)[0]
+        grid = grid[np.argsort(np.abs(np.log(grid / near)))[:3]]
+        grid = np.unique(np.append(grid, near))
+    gains = [gain(value) for value in grid]
+    top = int(np.argmax(gains))
+    if shape.discrete:
+        return _with(effect, shape, float(grid[top]))
+    low, high = grid[max(0, top - 1)], grid[min(len(grid) - 1, top + 1)]
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(
+        lambda x: -gain(float(np.exp(x))), bounds=(np.log(low), np.log(high)), method="bounded", options={"xatol": REFINED}
+    )
+    value = float(np.exp(found.x)) if -found.fun >= gains[top] else float(grid[top])
+    return _with(effect, shape, value)
+
+
+def _grid(robot: Robot, effect: Effect, shape: Shape) -> tuple[float, ...]:
+    """The shape's grid; ripple also at the orders of the motor and of the wave generator, where the gear is known."""
+    if effect.name != "torque_ripple" or robot.drives is None or effect.joints is None:
+        return shape.grid
+    ratio = robot.drives[effect.joints[0] - 1].gear_ratio
+    return (*shape.grid, ratio, 2 * ratio)
+
+
+def _open(effect: Effect) -> bool:
+    """Whether a shape parameter of it is still to be found."""
+    by_temperature = getattr(effect, "reference_temperature", None) is not None
+    return not by_temperature and any(getattr(effect, shape.field) is None for shape in effect.shapes)
+
+
+def _joints(effect: Effect, robot: Robot) -> list[int]:
+    return [j + 1 for j in effect.active(robot)]
+
+
+def _with(effect: Effect, shape: Shape, value: float) -> Effect:
+    return replace(effect, **{shape.field: (value,)})
+
+
+def _moved(before: Effect, now: Effect) -> bool:
+    return any(abs(getattr(now, s.field)[0] / getattr(before, s.field)[0] - 1) > REFINED for s in now.shapes)
+
+
+def _merged(effect: Effect, parts: list[Effect]) -> Effect:
+    """One effect over all its joints with the shapes that its parts found."""
+    if not parts:
+        return effect
+    fields = {s.field: tuple(getattr(part, s.field)[0] for part in parts) for s in effect.shapes}
+    return replace(effect, **fields)
+
+
+def _weights(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
+    residual = regressor.torque - regressor.predict(_fit(robot, effects, regressor))
+    return 1 / np.maximum(np.sqrt((residual**2).mean(axis=0)), 1e-9 * max(1.0, float(np.abs(regressor.torque).max())))
+
+
+def _fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
+    """Parameters (p,) by weighted least squares; what the data do not show stays nominal."""
+    from physident.estimation.nearest import nearest_to
+
+    base, nominal = find_base_parameters(robot, effects), Model.nominal(robot, effects).theta
+    return nearest_to(nominal, base, least_squares(regressor, base, nominal, "diagonal").base)
+
+
+def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter) -> Array:
+    """Parameters (p,) to begin with: the effects that depend on no model are fitted alone, the others are zero."""
+    plain = tuple(effect for effect in effects if not effect.needs_model)
+    if not plain:
+        return Model.nominal(robot, effects).theta
+    fitted = iter(_fit(robot, plain, build_regressor(robot, plain, signals, filter)))
+    parts = [
+        effect.nominal(robot) if effect.needs_model else np.array([next(fitted) for _ in effect.columns(robot)])
+        for effect in effects
+    ]
+    return np.concatenate(parts)

@@ -1,0 +1,78 @@
+"""A regressor in units of its noise: what every estimator solves after it has decided how far to trust each row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.base_parameters import BaseParameters
+from physident.regressor import JointRows, Regressor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Compressed:
+    """R (r, r), z (r,), rest with |rows|^2 = |R b - z|^2 + rest for base parameters b; ``rows`` is their number M n."""
+
+    R: Array
+    z: Array
+    rest: float
+    rows: int
+
+
+def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
+    """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
+    weights = np.broadcast_to(weights, regressor.torque.shape)
+    joints = tuple(
+        replace(rows, values=rows.values * w[:, None]) for rows, w in zip(regressor.joints, weights.T, strict=True)
+    )
+    return replace(regressor, joints=joints, torque=regressor.torque * weights)
+
+
+def whiten(regressor: Regressor, covariance: Array) -> Regressor:
+    """The regressor whose rows at one instant are mixed so that noise of ``covariance`` (n, n) [N m] becomes white.
+
+    Row j is sum_k W_jk row_k with W the inverse of the covariance's Cholesky factor: thesis eq. 3.63.
+    """
+    W = np.linalg.inv(np.linalg.cholesky(covariance))
+    every = np.arange(len(regressor.columns))
+    Y = np.einsum("jk,mkp->jmp", W, regressor.Y, optimize=True)
+    joints = tuple(JointRows(every, values) for values in Y)
+    return replace(regressor, joints=joints, torque=regressor.torque @ W.T)
+
+
+def compress(regressor: Regressor, base: BaseParameters, weights: Array | None = None) -> Compressed:
+    """The QR factor of a regressor over its base parameters, after ``weights`` (n,) of its joints."""
+    weights = np.ones(len(regressor.joints)) if weights is None else weights
+    R, z, rest = regressor.compressed(weights)
+    r = base.r
+    factor = np.zeros((r + 1, r + 1))
+    found = np.linalg.qr(np.column_stack([R[:, base.independent], z]), mode="r")
+    factor[: len(found)] = found[: r + 1]
+    return Compressed(factor[:r, :r], factor[:r, r], rest + float(factor[r, r] ** 2), regressor.torque.size)
+
+
+def base_rows(regressor: Regressor, base: BaseParameters) -> Array:
+    """The columns (M, n, r) of the base parameters."""
+    return regressor.Y[:, :, base.independent]
+
+
+def expand(base: BaseParameters, values: Array) -> Array:
+    """Parameters (p,) with base parameters ``values`` (r,) and zeros in the dependent places: enough to predict."""
+    theta = np.zeros(len(base.columns))
+    theta[base.independent] = values
+    return theta
+
+
+def joint_sigma(regressor: Regressor, residual: Array, parameters: float) -> Array:
+    """Residual standard deviation (n,) [N m|N]; the ``parameters`` fitted are charged to the joints in equal parts."""
+    freedom = max(1.0, len(residual) - parameters / residual.shape[1])
+    return np.maximum(np.sqrt((residual**2).sum(axis=0) / freedom), noise_floor(regressor))
+
+
+def noise_floor(regressor: Regressor) -> float:
+    """Standard deviation below which residuals are rounding: noise-free data must not divide by zero."""
+    return 1e-12 * max(1.0, float(np.abs(regressor.torque).max()))
