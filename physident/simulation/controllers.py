@@ -24,7 +24,7 @@ class Law(ABC):
 
     @abstractmethod
     def plan(self, time: Array) -> Array:
-        """(4, N, n): wanted q, v, a and a torque in advance [N m|N] at times (N,) [s]."""
+        """(4, N, n): wanted q, v, a (NaN where nothing is wanted) and a torque in advance [N m|N] at times (N,) [s]."""
 
     @abstractmethod
     def torque(self, plan: Array, q: Array, v: Array) -> Array:
@@ -159,7 +159,9 @@ class _ReleasedLaw(Law):
         self.none = np.zeros((n, n))
 
     def plan(self, time: Array) -> Array:
-        return np.zeros((4, len(time), len(self.none)))
+        plan = np.full((4, len(time), len(self.none)), np.nan)
+        plan[3] = 0.0
+        return plan
 
     def torque(self, plan: Array, q: Array, v: Array) -> Array:
         return plan[3]

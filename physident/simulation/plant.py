@@ -40,7 +40,7 @@ class Plant:
     def __init__(self, model: Model, temperature: Callable[[Array], Array] | None = None) -> None:
         robot = model.robot
         self.robot, self.n, self.temperature = robot, robot.n, temperature
-        links, self.armature = np.zeros(10 * robot.n), np.zeros(robot.n)
+        self.links, self.armature, gravity = np.zeros(10 * robot.n), np.zeros(robot.n), np.array(robot.gravity)
         self.effects: list[tuple[Effect, slice]] = []
         weights = [np.zeros((robot.n, 0))]
         at = states = 0
@@ -51,7 +51,8 @@ class Plant:
                 continue
             added = effect.inertia(robot, theta)
             if added is not None:
-                links, self.armature = links + added.links, self.armature + added.armature
+                self.links, self.armature = self.links + added.links, self.armature + added.armature
+                gravity = gravity + added.gravity
                 continue
             size = effect.state_size(robot)
             self.effects.append((effect, slice(states, states + size)))
@@ -59,7 +60,7 @@ class Plant:
             weights.append(_weights(effect.pattern(robot), theta, robot.n))
         self.weights = np.concatenate(weights, axis=1)
         self.states = states
-        self.bodies = _bodies(robot.pinocchio, links)
+        self.bodies = _bodies(robot.pinocchio, self.links, gravity)
         self.feels_acceleration = self._feels_acceleration()
 
     def load(self, q: Array, v: Array, a: Array) -> Array:
@@ -89,7 +90,7 @@ class Plant:
 
     def _signals(self, at: Instants) -> Signals:
         warmth = None if self.temperature is None else self.temperature(at.time)
-        return Signals(at.time, at.q, at.v, at.a, temperature=warmth)
+        return Signals(at.time, at.q, at.v, at.a, temperature=warmth, links=self.links, load=at.load)
 
     def _feels_acceleration(self) -> bool:
         """Whether an effect other than inertia changes with the acceleration itself: asked at random states."""
@@ -107,7 +108,7 @@ def _weights(pattern: NDArray[np.intp], theta: Array, n: int) -> Array:
     return weights
 
 
-def _bodies(model: Any, links: Array) -> list[tuple[float, Any, Any]]:
+def _bodies(model: Any, links: Array, gravity: Array) -> list[tuple[float, Any, Any]]:
     """Pinocchio models whose signed sum has the dynamics of any link parameters (10 n,).
 
     Torque is linear in the parameters. Where an estimate leaves a link's mass at zero beside a first moment, which no
@@ -119,11 +120,12 @@ def _bodies(model: Any, links: Array) -> list[tuple[float, Any, Any]]:
         extra = np.zeros_like(links)
         extra[::10] = 1.0 + np.abs(links[::10])
         parts = [(1.0, links + extra), (-1.0, extra)]
-    return [(sign, m := _with_links(model, phi), m.createData()) for sign, phi in parts]
+    return [(sign, m := _with_links(model, phi, gravity), m.createData()) for sign, phi in parts]
 
 
-def _with_links(model: Any, links: Array) -> Any:
+def _with_links(model: Any, links: Array, gravity: Array) -> Any:
     copy = model.copy()
+    copy.gravity.linear = gravity
     for i, phi in enumerate(links.reshape(-1, 10), 1):
         copy.inertias[i] = pinocchio.Inertia.FromDynamicParameters(phi)
     return copy

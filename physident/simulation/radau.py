@@ -32,6 +32,8 @@ WEIGHTS = np.array(
 WEIGHTS2 = WEIGHTS @ WEIGHTS
 # the polynomial through the rates of one step, continued over the next: where Newton's method starts
 CONTINUED = np.vander(1 + NODES, 3) @ np.linalg.inv(np.vander(NODES, 3))
+BEGINNING = np.vander([0.0], 3) @ np.linalg.inv(np.vander(NODES, 3))  # the same polynomial where its step begins
+ROUGH = 2e-3  # rad/s: by how much a step's accelerations may miss, at its beginning, the one the last step ended with
 ITERATIONS = 12
 BACKTRACKS = 6
 SETTLED = 1e-8  # rad/s: the change of velocity over a step at which Newton's method ends
@@ -63,15 +65,18 @@ class Stepper:
         shift[1:, : moved - 1] = DIFFERENCE * np.eye(2 * n + S)[: moved - 1, : moved - 1]
         self.moved, self.dv, self.dz, self.da = moved, shift[:, :n], shift[:, n : n + S], shift[:, n + S :]
 
-    def step(self, state: State, time: float, h: float, plan: Array) -> State | None:
+    def step(self, state: State, time: float, h: float, plan: Array, rough: bool = True) -> State | None:
         """The state a step h [s] later, or None where Newton's method does not settle.
 
-        ``plan`` (4, 3, n) is the law's plan at the three nodes.
+        ``plan`` (4, 3, n) is the law's plan at the three nodes. Unless ``rough``, None also where the accelerations do
+        not join those of the step before: their difference is the embedded error estimate of third order, times four.
         """
         for guess in (CONTINUED @ state.rates, np.tile(state.rates[-1], (3, 1))):
             rates = self._solve(state, time, h, plan, guess)
             if rates is not None:
                 n = self.n
+                if not rough and h * np.abs(state.rates[-1] - BEGINNING[0] @ rates)[:n].max() > ROUGH:
+                    return None
                 q = state.q + h * state.v + h**2 * (WEIGHTS2[2] @ rates[:, :n])
                 v = state.v + h * (WEIGHTS[2] @ rates[:, :n])
                 return State(q, v, state.z + h * (WEIGHTS[2] @ rates[:, n:]), rates)

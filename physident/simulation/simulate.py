@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,6 +105,8 @@ def simulate_many(simulations: Sequence[Simulation], processes: int | None = Non
 
 def measured(model: Model, truth: Signals) -> Signals:
     """True signals as the instruments' own effects show them: offsets, torque constants, delays, joint zeros."""
+    if any(effect.needs_model for effect in model.effects):
+        truth = replace(model.refer(truth), motor=truth.torque)
     at = 0
     for effect in model.effects:
         k = len(effect.columns(model.robot))
