@@ -23,6 +23,8 @@ _PUBLIC = {
     "PhysidentWarning": "errors",
     "Estimate": "estimation.estimate",
     "load_estimate": "estimation.estimate",
+    "DriveGains": "estimation.drive_gains",
+    "identify_drive_gains": "estimation.drive_gains",
     "identify": "estimation.identify",
     "Trajectory": "excitation.trajectory",
     "load_trajectory": "excitation.trajectory",
@@ -39,6 +41,8 @@ _PUBLIC = {
     "load_recordings": "recording",
     "Regressor": "regressor",
     "build_regressor": "regressor",
+    "Payload": "payload",
+    "identify_payload": "payload",
     "Robot": "robot",
     "load_robot": "robot",
     "Filter": "signals",
@@ -58,6 +62,7 @@ if TYPE_CHECKING:
     from physident.effects.catalogue import CATALOGUE, make_effects
     from physident.effects.effect import Column, Cone, Effect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
+    from physident.estimation.drive_gains import DriveGains, identify_drive_gains
     from physident.estimation.estimate import Estimate, load_estimate
     from physident.estimation.identify import identify
     from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
@@ -66,6 +71,7 @@ if TYPE_CHECKING:
     from physident.export.urdf import UrdfExport, export_urdf
     from physident.inspection import Inspection, inspect_recording
     from physident.model import Model
+    from physident.payload import Payload, identify_payload
     from physident.recording import Recording, load_recording, load_recordings
     from physident.regressor import Regressor, build_regressor
     from physident.robot import Robot, load_robot

@@ -21,6 +21,7 @@ from physident.files import read_text
 
 Array = NDArray[np.float64]
 BUILT_IN = ("ur5",)
+MAX_GRAVITY = 1e3  # m/s^2
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -53,7 +54,7 @@ class Drive:
     def __post_init__(self) -> None:
         for name, size in dh.DRIVE.items():
             values = np.asarray(getattr(self, name))
-            if values.dtype.kind not in "if" or values.size != max(size, 1) or not np.isfinite(values).all():
+            if values.dtype.kind not in "if" or values.size != max(size, 1) or not (np.abs(values) <= dh.ABSURD).all():
                 raise InputError(f"drive: {name} is {getattr(self, name)!r}, expected {max(size, 1)} finite numbers")
 
 
@@ -211,8 +212,8 @@ def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | No
 
 def _gravity(values: Sequence[float]) -> tuple[float, float, float]:
     numbers = np.asarray(values)
-    if numbers.shape != (3,) or numbers.dtype.kind not in "if" or not np.isfinite(numbers).all():
-        raise InputError(f"gravity is {values!r}, expected three finite numbers [m/s^2] in the base frame")
+    if numbers.shape != (3,) or numbers.dtype.kind not in "if" or not (np.abs(numbers) <= MAX_GRAVITY).all():
+        raise InputError(f"gravity is {values!r}, expected three numbers [m/s^2] in the base frame, as [0, 0, -9.81]")
     return (float(numbers[0]), float(numbers[1]), float(numbers[2]))
 
 

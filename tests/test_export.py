@@ -73,6 +73,10 @@ def physical_model(robot: pid.Robot, seed: int) -> pid.Model:
     return replace(model, theta=np.concatenate([*links, rest]))
 
 
+def random_states(robot: pid.Robot, seed: int, count: int) -> pid.Signals:
+    return pid.Signals.of_states(*np.random.default_rng(seed).uniform(-2, 2, size=(3, count, robot.n)))
+
+
 def pinocchio_torque(text: str, states: pid.Signals) -> np.ndarray:
     model = pin.buildModelFromXML(text)
     data = model.createData()

@@ -13,7 +13,18 @@ from physident.errors import PhysidentError, PhysidentWarning
 
 # typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
 CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
-VERBS = ("demo", "inspect", "identify", "validate", "compare", "base_parameters", "export", "payload", "drive_gains", "simulate")
+VERBS = (
+    "demo",
+    "inspect",
+    "identify",
+    "validate",
+    "compare",
+    "base_parameters",
+    "export",
+    "payload",
+    "drive_gains",
+    "simulate",
+)
 MAX_LINE = 800  # characters of a message
 for _verb in VERBS:
     importlib.import_module(f"physident.cli.{_verb}")

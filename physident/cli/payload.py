@@ -1,0 +1,40 @@
+"""physident payload: the load an arm carries."""
+
+from __future__ import annotations
+
+import json
+
+import typer
+
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    JsonOption,
+    ModelOption,
+    Recordings,
+    app,
+    read_recordings,
+)
+
+
+@app.command()
+def payload(
+    recordings: Recordings,
+    model: ModelOption,
+    json_out: JsonOption = None,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Identify the load on the last link from recordings with it, the arm as the model has it."""
+    from physident.estimation.estimate import load_estimate
+    from physident.files import write_text
+    from physident.payload import identify_payload
+    from physident.validation import with_cutoff
+
+    estimate = with_cutoff(load_estimate(model), cutoff)
+    found = identify_payload(estimate, read_recordings(recordings, columns or estimate.columns, drive_gains))
+    if json_out is not None:
+        write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
+    typer.echo(repr(found))
