@@ -17,6 +17,7 @@ import numpy as np
 from physident.errors import InputError
 
 SCHEMA = "physident.dh/1"
+ABSURD = 1e9  # of any number in a table
 TOP_KEYS = ("schema", "name", "base", "joints", "gravity", "tool_speed_limit")
 NUMBERS = {"d": 0, "a": 0, "alpha_deg": 0, "offset_deg": 0, "mass": 0, "com": 3, "inertia": 6, "limits": 2}
 NUMBERS |= dict.fromkeys(("velocity_limit", "acceleration_limit", "torque_limit"), 0)
@@ -116,7 +117,7 @@ def _check_numbers(entries: dict[str, Any], sizes: dict[str, int], where: str) -
         if key not in entries:
             continue
         numbers = entries[key] if size and isinstance(entries[key], list) else [entries[key]]
-        plain = all(type(x) in (int, float) and abs(x) < 1e300 for x in numbers)
+        plain = all(type(x) in (int, float) and abs(x) <= ABSURD for x in numbers)
         if not plain or len(numbers) != max(size, 1) or (size and not isinstance(entries[key], list)):
             came = "missing" if entries[key] is None else repr(entries[key])
             raise InputError(

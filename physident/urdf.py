@@ -11,6 +11,7 @@ import numpy as np
 from physident.errors import InputError
 
 MAX_BYTES = 20_000_000
+ABSURD = 1e6  # kg, m, kg m^2: no arm has more, and squares of it do not overflow
 MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -182,8 +183,10 @@ def _number(element: ElementTree.Element | None, key: str, where: str, what: str
         value = float(text if text is not None and "_" not in text else "missing")
     except ValueError:
         value = math.nan
-    if not math.isfinite(value) or value < minimum:
-        wanted = "a finite number" + (" that is not negative" if minimum == 0 else "")
+    limit = math.inf if what.startswith("limit") else ABSURD
+    if not math.isfinite(value) or value < minimum or abs(value) > limit:
+        wanted = "a number of an arm's size" if abs(value) > limit else "a finite number"
+        wanted += " that is not negative" if minimum == 0 else ""
         xacro = ": run xacro first" if text and "${" in text else ""
         raise InputError(f"{where}: {what} is {text or 'missing'}, expected {wanted}{xacro}")
 
@@ -194,6 +197,6 @@ def _triple(element: ElementTree.Element | None, key: str, where: str) -> list[f
         values = [float(x) for x in text.split()] if "_" not in text else []
     except ValueError:
         values = []
-    if len(values) != 3 or not np.isfinite(values).all():
+    if len(values) != 3 or not np.isfinite(values).all() or np.abs(values).max() > ABSURD:
         raise InputError(f"{where}: {key} is {text!r}, expected three finite numbers")
     return values

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import re
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from physident.recording import BadRow
 
 BLOCK = 4 << 20  # bytes
 SEPARATORS = {";": "semicolon", "\t": "tab"}
+PRINTABLE = bytes(b if b in (9, 10, 13) or 32 <= b < 127 else 63 for b in range(256))
 MAX_REJECTED = (
     100_000  # rows with a wrong number of fields: naming more would fill the memory, and tell nobody anything
 )
@@ -37,11 +39,7 @@ def read_csv(path: Path) -> Table:
         raise InputError(f"{path}: {len(fields)} columns, expected at most {MAX_COLUMNS}: keep time, q, dq and effort")
     header = not any(_is_number(field) for field in fields)
     rejected: list[BadRow] = []
-    try:
-        values = _read(path, len(fields), header, rejected, as_text=False)
-    except _NotNumeric:
-        rejected.clear()
-        values = _read(path, len(fields), header, rejected, as_text=True)
+    values = _read(path, len(fields), header, rejected)
     if not len(values) and not rejected:
         raise InputError(f"{path}: has no rows of {len(fields)} numbers under its first line; expected a recording")
     numbers = np.arange(1 + header, 1 + header + len(values) + len(rejected))
@@ -55,55 +53,78 @@ def write_csv(path: str | Path, table: Table) -> None:
     write_with(path, lambda file: np.savetxt(file, table.values, "%.10g", delimiter=",", header=header, comments=""))
 
 
-class _NotNumeric(Exception):
-    """Some cell is no number: the file must be read again as text, cell by cell."""
+def _read(path: Path, width: int, header: bool, rejected: list[BadRow]) -> np.ndarray:
+    """The rows (N, width) of numbers; those with another number of fields are added to ``rejected``."""
+    blocks: list[np.ndarray] = []
+    rows, line = 0, int(header)
+    for index, text in enumerate(_whole_lines(path)):
+        body = text.partition(b"\n")[2] if header and index == 0 else text
+        if not body:
+            continue
+        numbers, bad = _parse(path, body, width, line)
+        blocks.append(numbers)
+        rejected += bad
+        rows, line = rows + len(numbers), line + len(numbers) + len(bad)
+        if rows * width > MAX_CELLS:
+            raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+        if len(rejected) > MAX_REJECTED:
+            raise InputError(f"{path}: over {MAX_REJECTED} rows without {width} fields; expected a recording")
+    return _joined(blocks, rows, width)
 
 
-def _read(path: Path, width: int, header: bool, rejected: list[BadRow], as_text: bool) -> np.ndarray:
+def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, list[BadRow]]:
+    """Numbers (N, width) of whole lines of text, which follow ``line`` others, and the rows that are left out."""
     import pyarrow as pa
     from pyarrow import csv
 
+    bad: list[BadRow] = []
+
     def invalid(row: Any) -> str:
-        rejected.append(BadRow(int(row.number), f"{row.actual_columns} fields, expected {row.expected_columns}"))
-        return "skip" if len(rejected) <= MAX_REJECTED else "error"
+        bad.append(BadRow(line + int(row.number), f"{row.actual_columns} fields, expected {row.expected_columns}"))
+        return "skip"
 
     names = [str(i) for i in range(width)]
-    kind = pa.binary() if as_text else pa.float64()
-    convert = csv.ConvertOptions(
-        column_types=dict.fromkeys(names, kind), null_values=["", "nan", "NaN", "null", "NA"], strings_can_be_null=True
-    )
-    # line numbers are only counted by the single-threaded reader
-    read = csv.ReadOptions(use_threads=False, block_size=BLOCK, column_names=names, skip_rows=int(header))
+    read = csv.ReadOptions(use_threads=False, block_size=len(text) + 1, column_names=names)
     # every line is a row, whatever it holds: an odd quote or an empty line must not shift the numbers of the others
     parse = csv.ParseOptions(invalid_row_handler=invalid, quote_char=False, ignore_empty_lines=False)
-    blocks: list[np.ndarray] = []
-    cells = 0
+    for kind in (pa.float64(), pa.binary()):  # cell by cell where some cell is no number
+        bad.clear()
+        convert = csv.ConvertOptions(
+            column_types=dict.fromkeys(names, kind),
+            null_values=["", "nan", "NaN", "null", "NA"],
+            strings_can_be_null=True,
+        )
+        try:
+            table = csv.read_csv(pa.BufferReader(text), read, parse, convert)
+        except pa.ArrowInvalid as error:
+            if "conversion error" in str(error) and kind == pa.float64():
+                continue
+            reason = str(error).splitlines()[0][:120]
+            raise InputError(f"{path}: not readable as CSV ({reason}); expected rows of numbers") from None
+        cells = (_numbers(c.to_pylist()) if kind == pa.binary() else c.to_numpy() for c in table.columns)
+        return np.column_stack(list(cells)), bad
+    raise AssertionError("cells read as bytes need no conversion")
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    """The file in blocks that end with a line; bytes that are no ASCII text read as "?", which is no number."""
+    carry = b""
     try:
-        with pa.input_stream(str(path), compression="gzip" if _is_gzip(path) else None) as stream:
-            for batch in csv.open_csv(stream, read_options=read, parse_options=parse, convert_options=convert):
-                cells += batch.num_rows * width
-                if cells > MAX_CELLS:
-                    raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
-                columns = [
-                    _numbers(column.to_pylist()) if as_text else column.to_numpy(zero_copy_only=False)
-                    for column in batch.columns
-                ]
-                blocks.append(np.column_stack(columns))
-    except pa.ArrowInvalid as error:
-        if "conversion error" in str(error) and not as_text:
-            raise _NotNumeric from None
-        if "skip initial" in str(error):  # a header, and not even the end of its line
-            return np.empty((0, width))
-        if len(rejected) > MAX_REJECTED:
-            raise InputError(f"{path}: over {MAX_REJECTED} rows without {width} fields; expected a recording") from None
-        raise InputError(
-            f"{path}: not readable as CSV ({str(error).splitlines()[0][:120]}); expected rows of numbers"
-        ) from None
-    except (OSError, zlib.error) as error:
-        raise InputError(
-            f"{path}: cannot be read ({str(error).splitlines()[0][:120]}); expected a CSV, plain or gzip"
-        ) from None
-    return _joined(blocks, cells // width, width)
+        with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
+            while block := stream.read(BLOCK):
+                if block.endswith(b"\r"):
+                    block += stream.read(1)
+                block = carry + block.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(PRINTABLE)
+                whole, newline, carry = block.rpartition(b"\n")
+                if len(carry) > BLOCK:
+                    raise InputError(
+                        f"{path}: a line is longer than {BLOCK} characters, expected a row for each sample"
+                    )
+                yield whole + newline
+    except (OSError, EOFError, zlib.error) as error:
+        reason = str(error)[:120]
+        raise InputError(f"{path}: cannot be read ({reason}); expected a CSV, plain or gzip") from None
+    yield carry
 
 
 def _joined(blocks: list[np.ndarray], rows: int, width: int) -> np.ndarray:
