@@ -85,16 +85,15 @@ def test_forward_dynamics_equal_mujoco(ur5):
     motion = pid.random_trajectory(ur5, seed=1, harmonics=3, base_frequency=0.2)
     planned = integrate(model, motion, ComputedTorque(), step=0.002)
 
-    def torque(time: float) -> np.ndarray:
-        return np.array([np.interp(time, planned.time, column) for column in drive(planned).T])
+    def torque(time):
+        return np.array([np.interp(time, planned.time, column) for column in drive(planned).T]).T
 
     start = resting(planned.q[0], 2.0)
     own = integrate(model, start, Released(), lambda time, q, v: torque(time), step=0.002)
     step = 2.5e-5
     mujoco, engine, data = mujoco_ur5(ur5, COULOMB, step)
     data.qpos = own.q[0]
-    for _ in range(round(2.0 / step)):
-        data.qfrc_applied[:] = torque(data.time + step / 2)
+    for data.qfrc_applied[:] in torque(step * (np.arange(round(2.0 / step)) + 0.5)):
         mujoco.mj_step(engine, data)
     np.testing.assert_allclose(data.qpos, own.q[-1], atol=1e-3)
     assert np.ptp(own.q, axis=0).min() > 0.1  # every joint moved

@@ -39,8 +39,8 @@ class Controller(ABC):
     """What makes the arm follow a motion."""
 
     @abstractmethod
-    def law(self, model: Model, motion: Motion) -> Law:
-        """The controller at work on the arm of ``model`` along ``motion``."""
+    def law(self, plant: Plant, motion: Motion) -> Law:
+        """The controller at work on an arm along a motion."""
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,14 @@ class PD(Controller):
         omega = 2 * math.pi * frequency
         return PD(tuple(omega**2 * inertia), tuple(2 * damping_ratio * omega * inertia))
 
-    def law(self, model: Model, motion: Motion) -> Law:
+    def law(self, plant: Plant, motion: Motion) -> Law:
         for name in ("stiffness", "damping"):
-            if len(getattr(self, name)) != model.robot.n:
+            if len(getattr(self, name)) != plant.n:
                 raise InputError(
-                    f"controller: {len(getattr(self, name))} values of {name}, expected {model.robot.n}, one for each joint"
+                    f"controller: {len(getattr(self, name))} values of {name}, expected {plant.n}, one for each joint"
                 )
-        gravity = Model.nominal(model.robot, ["rigid_body"])
-        return _PDLaw(Plant(gravity), motion, np.array(self.stiffness), np.array(self.damping))
+        described = Model.nominal(plant.robot, ["rigid_body"])
+        return _PDLaw(Plant(described), motion, np.array(self.stiffness), np.array(self.damping))
 
 
 class _PDLaw(Law):
@@ -118,14 +118,12 @@ class ComputedTorque(Controller):
                 f"controller: frequency {self.frequency} Hz, damping ratio {self.damping_ratio}; expected a positive one and one not negative"
             )
 
-    def law(self, model: Model, motion: Motion) -> Law:
-        known = self.model or model
-        if known.robot.n != model.robot.n:
-            raise InputError(
-                f"controller: its model has {known.robot.n} joints, but robot {model.robot.name} has {model.robot.n}"
-            )
+    def law(self, plant: Plant, motion: Motion) -> Law:
+        known = plant if self.model is None else Plant(self.model, plant.temperature)
+        if known.n != plant.n:
+            raise InputError(f"controller: its model has {known.n} joints, but robot {plant.robot.name} has {plant.n}")
         omega = 2 * math.pi * self.frequency
-        return _ComputedTorqueLaw(Plant(known), motion, omega**2, 2 * self.damping_ratio * omega)
+        return _ComputedTorqueLaw(known, motion, omega**2, 2 * self.damping_ratio * omega)
 
 
 class _ComputedTorqueLaw(Law):
@@ -150,8 +148,8 @@ class _ComputedTorqueLaw(Law):
 class Released(Controller):
     """No torque: the arm moves freely, or under an external torque alone."""
 
-    def law(self, model: Model, motion: Motion) -> Law:
-        return _ReleasedLaw(model.robot.n)
+    def law(self, plant: Plant, motion: Motion) -> Law:
+        return _ReleasedLaw(plant.n)
 
 
 class _ReleasedLaw(Law):

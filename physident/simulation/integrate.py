@@ -43,10 +43,10 @@ def integrate(
     converge.
     """
     check_step(step)
-    _check(model, motion)
-    start = motion.states(np.zeros(1))
     plant = Plant(model, temperature)
-    law = (controller or PD.of_bandwidth(model, start.q[0])).law(model, motion)
+    _check(plant, motion)
+    start = motion.states(np.zeros(1))
+    law = (controller or PD.of_bandwidth(model, start.q[0])).law(plant, motion)
     stepper = Stepper(plant, law, _checked(extra_torque, plant.n))
     count = math.ceil(motion.duration / step - 1e-6)
     time: Array = step * np.arange(count + 1, dtype=float)
@@ -110,12 +110,11 @@ def check_step(step: float) -> None:
         raise InputError(f"simulation: step {step:g} s is too large or not positive, expected at most {LONGEST_STEP} s")
 
 
-def _check(model: Model, motion: Motion) -> None:
-    broken = motion.violations(model.robot)
+def _check(plant: Plant, motion: Motion) -> None:
+    broken = motion.violations(plant.robot)
     if broken:
         more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
-        raise InputError(f"trajectory: {broken[0]}{more}; expected a motion inside the limits of {model.robot.name}")
-    plant = Plant(model)
+        raise InputError(f"trajectory: {broken[0]}{more}; expected a motion inside the limits of {plant.robot.name}")
     for t in np.linspace(0, motion.duration, 20):
         M = plant.inertia(motion.states(np.array([t])).q[0])
         if np.linalg.eigvalsh(M)[0] <= 0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -61,16 +62,20 @@ class Plant:
         self.weights = np.concatenate(weights, axis=1)
         self.states = states
         self.bodies = _bodies(robot.pinocchio, self.links, gravity)
-        self.feels_acceleration = self._feels_acceleration()
 
     def load(self, q: Array, v: Array, a: Array) -> Array:
         """Torque (n,) [N m|N] of inertia and gravity in one state (n,)."""
-        return sum(sign * pinocchio.rnea(m, data, q, v, a) for sign, m, data in self.bodies) + self.armature * a
+        torque = self.armature * a
+        for sign, body, data in self.bodies:
+            torque += sign * pinocchio.rnea(body, data, q, v, a)
+        return torque
 
     def inertia(self, q: Array) -> Array:
         """Inertia matrix (n, n) [kg m^2|kg] in one position (n,), armature included."""
-        M = sum(sign * pinocchio.crba(m, data, q) for sign, m, data in self.bodies)
-        return M + np.diag(self.armature)
+        M = np.diag(self.armature)
+        for sign, body, data in self.bodies:
+            M += sign * pinocchio.crba(body, data, q)
+        return M
 
     def torque(self, at: Instants) -> Array:
         """Torque (N, n) [N m|N] of all effects but inertia and gravity, which ``at.load`` holds."""
@@ -90,15 +95,17 @@ class Plant:
 
     def _signals(self, at: Instants) -> Signals:
         warmth = None if self.temperature is None else self.temperature(at.time)
-        return Signals(at.time, at.q, at.v, at.a, temperature=warmth, links=self.links, load=at.load)
+        return Signals(
+            at.time, at.q, at.v, at.a, temperature=warmth, links=self.links, load=at.load, source="simulation"
+        )
 
-    def _feels_acceleration(self) -> bool:
-        """Whether an effect other than inertia changes with the acceleration itself: asked at random states."""
-        rng = np.random.default_rng(0)
-        q, v, a, load = rng.standard_normal((4, 5, self.n))
+    @cached_property
+    def feels_acceleration(self) -> bool:
+        """Whether an effect other than inertia changes with the acceleration or the load: asked at random states."""
+        q, v, a, load = np.random.default_rng(0).standard_normal((4, 5, self.n))
         time, state = np.arange(5.0), np.zeros((self.states, 5))
-        still = self.torque(Instants(time, q, v, 0 * a, load, state))
-        return not np.allclose(still, self.torque(Instants(time, q, v, a, load, state)), rtol=1e-9, atol=1e-12)
+        torques = [self.torque(Instants(time, q, v, k * a, k * load, state)) for k in (1.0, 2.0)]
+        return not np.allclose(*torques, rtol=1e-9, atol=1e-12)
 
 
 def _weights(pattern: NDArray[np.intp], theta: Array, n: int) -> Array:

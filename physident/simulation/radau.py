@@ -32,11 +32,11 @@ WEIGHTS = np.array(
 WEIGHTS2 = WEIGHTS @ WEIGHTS
 # the polynomial through the rates of one step, continued over the next: where Newton's method starts
 CONTINUED = np.vander(1 + NODES, 3) @ np.linalg.inv(np.vander(NODES, 3))
-BEGINNING = np.vander([0.0], 3) @ np.linalg.inv(np.vander(NODES, 3))  # the same polynomial where its step begins
+BEGINNING = np.linalg.inv(np.vander(NODES, 3))[-1]  # the same polynomial where its step begins
 ROUGH = 2e-3  # rad/s: by how much a step's accelerations may miss, at its beginning, the one the last step ended with
 ITERATIONS = 12
 BACKTRACKS = 6
-SETTLED = 1e-8  # rad/s: the change of velocity over a step at which Newton's method ends
+SETTLED = 1e-6  # rad/s: the change of velocity over a step at which Newton's method ends; what is left is far less
 (gesv,) = get_lapack_funcs(("gesv",), (WEIGHTS,))
 DIFFERENCE = 1e-6  # rad/s and the states' unit, small beside any friction law's width
 
@@ -59,11 +59,13 @@ class Stepper:
         self.plant, self.law, self.extra = plant, law, extra
         n, S = plant.n, plant.states
         self.n, self.m = n, n + S
+        self.size = np.ones(n + S)  # of one unit of acceleration in each equation
         # instants evaluated together at each stage: the state itself, then each velocity, z, acceleration moved a little
         moved = 1 + self.m + (n if plant.feels_acceleration else 0)
         shift = np.zeros((moved, 2 * n + S))
         shift[1:, : moved - 1] = DIFFERENCE * np.eye(2 * n + S)[: moved - 1, : moved - 1]
-        self.moved, self.dv, self.dz, self.da = moved, shift[:, :n], shift[:, n : n + S], shift[:, n + S :]
+        self.moved, self.zero = moved, np.zeros((moved, 1))
+        self.dv, self.dz, self.da = shift[:, :n], shift[:, n : n + S], shift[:, n + S :]
 
     def step(self, state: State, time: float, h: float, plan: Array, rough: bool = True) -> State | None:
         """The state a step h [s] later, or None where Newton's method does not settle.
@@ -71,23 +73,22 @@ class Stepper:
         ``plan`` (4, 3, n) is the law's plan at the three nodes. Unless ``rough``, None also where the accelerations do
         not join those of the step before: their difference is the embedded error estimate of third order, times four.
         """
-        for guess in (CONTINUED @ state.rates, np.tile(state.rates[-1], (3, 1))):
-            rates = self._solve(state, time, h, plan, guess)
-            if rates is not None:
-                n = self.n
-                if not rough and h * np.abs(state.rates[-1] - BEGINNING[0] @ rates)[:n].max() > ROUGH:
-                    return None
-                q = state.q + h * state.v + h**2 * (WEIGHTS2[2] @ rates[:, :n])
-                v = state.v + h * (WEIGHTS[2] @ rates[:, :n])
-                return State(q, v, state.z + h * (WEIGHTS[2] @ rates[:, n:]), rates)
-        return None
+        n = self.n
+        rates = self._solve(state, time, h, plan, CONTINUED @ state.rates)
+        if rates is None:
+            rates = self._solve(state, time, h, plan, np.tile(state.rates[-1], (3, 1)))
+        if rates is None or (not rough and h * np.abs(state.rates[-1] - BEGINNING @ rates)[:n].max() > ROUGH):
+            return None
+        q = state.q + h * state.v + h**2 * (WEIGHTS2[2] @ rates[:, :n])
+        v = state.v + h * (WEIGHTS[2] @ rates[:, :n])
+        return State(q, v, state.z + h * (WEIGHTS[2] @ rates[:, n:]), rates)
 
     def _solve(self, state: State, time: float, h: float, plan: Array, rates: Array) -> Array | None:
         M = self.plant.inertia(state.q)
-        size = np.concatenate([np.abs(np.diag(M)), np.ones(self.plant.states)])
+        self.size[: self.n] = np.abs(M.diagonal())
         least = max(h, 1e-3)
         residual, J = self._residual(state, time, h, plan, rates, M)
-        error = np.abs(residual / size).max()
+        error = np.abs(residual / self.size).max()
         for _ in range(ITERATIONS):
             if not np.isfinite(error):
                 return None
@@ -100,7 +101,7 @@ class Stepper:
             for _ in range(BACKTRACKS):
                 trial = rates - change
                 residual, J = self._residual(state, time, h, plan, trial, M)
-                new_error = np.abs(residual / size).max()
+                new_error = np.abs(residual / self.size).max()
                 if new_error < error or least * new_error < SETTLED:
                     break
                 change = change / 2
@@ -118,7 +119,7 @@ class Stepper:
         q = state.q + h * NODES[:, None] * state.v + h**2 * (WEIGHTS2 @ a)
         v = state.v + h * (WEIGHTS @ a)
         load = np.array([self.plant.load(*stage) for stage in zip(q, v, a, strict=True)])
-        at = self._instants(time + h * NODES, q, v, a, load, state.z + h * (WEIGHTS @ zdot))
+        at = self._instants(time + h * NODES, q, v, a, load, state.z + h * (WEIGHTS @ zdot), M)
         torque = self.plant.torque(at).reshape(3, P, n)
         drive = self.law.torque(plan, q, v)
         residual = np.empty((3, m))
@@ -142,12 +143,14 @@ class Stepper:
             J[i, n:, i, n:] += np.eye(m - n)
         return residual, J.reshape(3 * m, 3 * m)
 
-    def _instants(self, time: Array, q: Array, v: Array, a: Array, load: Array, z: Array) -> Instants:
+    def _instants(self, time: Array, q: Array, v: Array, a: Array, load: Array, z: Array, M: Array) -> Instants:
+        """The three nodes, each followed by itself with one velocity, z or acceleration moved a little."""
         P = self.moved
 
-        def rows(values: Array, shift: Array | None = None) -> Array:
-            spread = values[:, None] + (np.zeros((P, 1)) if shift is None else shift)
-            return spread.reshape(3 * P, -1)
+        def rows(values: Array, shift: Array) -> Array:
+            return (values[:, None] + shift).reshape(3 * P, -1)
 
-        moved_a = rows(a, self.da if self.da.shape[1] else None)
-        return Instants(np.repeat(time, P), rows(q), rows(v, self.dv), moved_a, rows(load), rows(z, self.dz).T)
+        return Instants(
+            np.repeat(time, P), rows(q, self.zero), rows(v, self.dv), rows(a, self.da), rows(load, self.da @ M),
+            rows(z, self.dz).T,
+        )  # fmt: skip

@@ -181,8 +181,9 @@ def load_sensors(path: str | Path) -> Sensors:
         if isinstance(settings.get("temperature"), dict):
             settings["temperature"] = Warming(**settings["temperature"])
         return Sensors(**settings)
-    except TypeError as error:
-        raise InputError(f"{path}: not understood ({error}); expected numbers, or start, rise, time_constant") from None
+    except TypeError:
+        expected = "start [degC], rise [K], time_constant [s]"
+        raise InputError(f"{path}: temperature is {data['temperature']}, expected {expected}") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
