@@ -26,25 +26,38 @@ def identify(
     out: Annotated[Path, typer.Option("--out", help="The model file to write (JSON).")],
     robot: RobotOption = None,
     effects: Annotated[str | None, typer.Option("--effects", help="Effects, separated by commas.")] = None,
-    method: Annotated[str, typer.Option("--method", help="wls (each joint by its own residual) or ols.")] = "wls",
+    method: Annotated[
+        str, typer.Option("--method", help="wls (each joint by its own residual), ols, robust or physical.")
+    ] = "wls",
+    prior: Annotated[str, typer.Option("--prior", help="With physical: entropic, nominal or none.")] = "entropic",
+    prior_weight: Annotated[
+        str | None,
+        typer.Option("--prior-weight", help="1: nominal links known to a factor of e; auto: by left-out recordings."),
+    ] = None,
+    loss: Annotated[str, typer.Option("--loss", help="With physical: squares, or huber against outliers.")] = "squares",
+    total_mass: Annotated[
+        float | None, typer.Option("--total-mass", help="With physical: known mass of the moving links [kg].")
+    ] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
     """Identify a robot's dynamics from recordings and write the model."""
     from physident.effects import DEFAULT_EFFECTS
+    from physident.estimation.estimators import estimator_from_options
     from physident.estimation.identify import identify as run
     from physident.robot import load_robot
     from physident.signals import Filter
 
     if robot is None:
         raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
+    estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out)
     arm = load_robot(robot)
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     filter = Filter() if cutoff is None else Filter(cutoff)
     loaded = read_recordings(recordings, columns, drive_gains)
-    estimate = run(arm, loaded, chosen, method, filter, columns)
+    estimate = run(arm, loaded, chosen, estimator, filter, columns)
     estimate.save(out)
     typer.echo(repr(estimate))
     typer.echo(f"written: {out}")

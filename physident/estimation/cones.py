@@ -86,7 +86,7 @@ def physical_cones(
                 body = f"link {number}" if link else f"{effect.name} {number}"
                 matrices.append(Matrix(whole, cone.offset, f"{body} is no rigid body", link))
             else:
-                names = [_sign_label(row, columns) for row in whole]
+                names = [_sign_label(whole[k], columns) for k in range(len(whole))]
                 rows.append((whole, cone.offset, names))
     rows += [(r, np.zeros(len(r)), [f"friction of joint {j} drives it"] * len(r)) for j, r in friction(robot, effects)]
     for shape in shapes:
@@ -133,5 +133,5 @@ def links(columns: Sequence[Column]) -> list[tuple[int, slice]]:
 
 
 def _sign_label(row: Array, columns: Sequence[Column]) -> str:
-    names = [columns[i].name for i in np.flatnonzero(row)]
+    names = [column.name for column, factor in zip(columns, row, strict=True) if factor]
     return f"{names[0]} is negative" if len(names) == 1 else f"{' + '.join(names)} is out of its range"

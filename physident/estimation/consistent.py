@@ -75,7 +75,7 @@ def solve_physical(
     bend = HUBER if how.loss == "huber" else np.inf
     inside = (np.abs(residual) <= bend).astype(float)
     curved = compress(weight_rows(white, inside), base) if how.loss == "huber" else fit.data
-    decision = decide(program, curved, fit.answer, fit.strength)
+    decision = decide(program, curved, fit.answer)
     influence = np.clip(residual, -bend, bend)
     left_out = jackknife(white, base, influence, float(fit.memory.max()), inside, decision.information)
     if how.resamples == 0:

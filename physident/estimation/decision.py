@@ -42,10 +42,10 @@ class Decision:
         return int(np.count_nonzero(self.base >= BY_DATA))
 
 
-def decide(program: Program, data: Compressed, answer: Answer, strength: float) -> Decision:
+def decide(program: Program, data: Compressed, answer: Answer) -> Decision:
     """Compares the curvature of data and prior at the answer, inside the cones it rests on."""
     A = data.R @ program.KT / np.sqrt(data.rows)
-    by_data, by_prior = A.T @ A, _prior_curvature(program, answer.u, strength)
+    by_data, by_prior = A.T @ A, _prior_curvature(program, answer.u, answer.strength)
     free = _free_directions(program, answer)
     L = np.linalg.cholesky(by_prior)
     whitened = np.linalg.solve(L, np.linalg.solve(L, by_data).T)
@@ -71,7 +71,7 @@ def _prior_curvature(program: Program, u: Array, strength: float) -> Array:
             turned = inverse @ UNITS
             H[own, own] = strength * np.einsum("kij,lji->kl", turned, turned)
         else:
-            H[own, own] = float(program.strength.value) * np.diag(SQUARES)
+            H[own, own] = strength * np.diag(SQUARES)
     return H
 
 

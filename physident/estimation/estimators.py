@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, cast
 
 from physident.errors import InputError
 from physident.estimation.knowledge import Bound, Box, Ellipsoid
-from physident.estimation.prior import PRIORS, Entropic, Prior, prior_from_dict
+from physident.estimation.prior import Entropic, Prior, make_prior, prior_from_dict
 
 HUBER = 1.345  # standard deviations: 95 % efficient for Gaussian noise, Huber "Robust Statistics" (1981), sec. 4.5
 
@@ -92,6 +92,25 @@ def make_estimator(method: str | Estimator) -> Estimator:
     return ESTIMATORS[method]()
 
 
+def estimator_from_options(
+    method: str, prior: str, prior_weight: str | None, loss: str, total_mass: float | None
+) -> Estimator:
+    """The estimator of the command line's options; raises InputError where they do not go together."""
+    if method != Physical.name:
+        if (prior, prior_weight, loss, total_mass) != (Entropic.name, None, "squares", None):
+            raise InputError(
+                f"--prior, --prior-weight, --loss and --total-mass belong to --method physical, not to {method}"
+            )
+        return make_estimator(method)
+    weight: Any = prior_weight
+    if prior_weight not in (None, "auto"):
+        try:
+            weight = float(prior_weight)
+        except ValueError:
+            raise InputError(f"--prior-weight is {prior_weight!r}, expected a positive number or auto") from None
+    return Physical(make_prior(prior, weight), cast(Any, loss), total_mass)
+
+
 def estimator_as_dict(estimator: Estimator) -> dict[str, Any]:
     """Name and settings of an estimator, as JSON can hold them."""
     data: dict[str, Any] = {"method": estimator.name, **asdict(estimator)}
@@ -123,6 +142,3 @@ def _among(what: str, value: str, allowed: tuple[str, ...]) -> None:
 def _positive(what: str, value: float, unit: str) -> None:
     if not 0 < value < float("inf"):
         raise InputError(f"{what} is {value}, expected a positive number [{unit}]")
-
-
-__all__ = ["ESTIMATORS", "OLS", "PRIORS", "WLS", "Estimator", "Physical", "Robust", "make_estimator"]

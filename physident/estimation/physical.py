@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import cvxpy as cp
+import cvxpy.error
 import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ from physident.estimation.prior import TIE_BREAK, TIE_BREAK_OTHERS, Entropic, No
 from physident.estimation.weighting import Compressed
 
 Array = NDArray[np.float64]
-TOLERANCES = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9}
+TIGHT, LOOSE = 1e-9, 1e-8  # tolerances asked of the solver: near a cone's tip rounding may forbid the first
 GIVES = 1e-6  # by how much a contradicted bound must give, relative to its row
 PROVED = Optimality(primal=1e-7, dual=1e-3, gap=1e-6)  # a gap of 1e-8 leaves a gradient of its square root
 LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
@@ -30,9 +32,10 @@ LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Coordinates ``u`` (p,) of the optimum, its multipliers, and the proof."""
+    """Coordinates ``u`` (p,) of the optimum, its multipliers, its proof, and the prior's strength beside the data."""
 
     u: Array
+    strength: float
     multipliers: Multipliers
     optimality: Optimality
 
@@ -68,8 +71,8 @@ class Program:
             + 0.5 * cp.sum_squares(cp.multiply(tie, self.u - self.coordinates.nominal))
         )
         (A, offset), (E, target) = self.rows, self.equal
-        self.row_constraint = [sparse.csr_array(A) @ self.u + offset >= 0] if len(A) else []
-        self.equal_constraint = [E @ self.u == target] if len(E) else []
+        self.row_constraint: list[Any] = [sparse.csr_array(A) @ self.u + offset >= 0] if len(A) else []
+        self.equal_constraint: list[Any] = [E @ self.u == target] if len(E) else []
         self.matrix_constraints = [_psd(M, self.u, B) for M, B in self.stated]
         own = [*self.row_constraint, *self.equal_constraint, *self.matrix_constraints]
         grouping = sparse.csr_array(np.where(np.abs(self.KT) > 1e-13 * np.abs(self.KT).max(), self.KT, 0.0))
@@ -96,22 +99,19 @@ class Program:
         """The optimum with its certificate; raises NotSolvedError where there is none, or none that can be proved."""
         scale = 1 / np.sqrt(data.rows)
         self.R.value, self.z.value = data.R * scale, data.z * scale
-        self.strength.value = TIE_BREAK if isinstance(self.prior, NoPrior) else strength
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # an inexact answer is an error here, not a warning
-            try:
-                self.problem.solve(solver=cp.CLARABEL, **TOLERANCES)
-                status = str(self.problem.status)
-            except cp.error.SolverError as error:
-                status = f"failed ({error})"
+        strength = TIE_BREAK if isinstance(self.prior, NoPrior) else strength
+        self.strength.value = strength
+        status = self._run(TIGHT)
+        if status != cp.OPTIMAL:
+            status = self._run(LOOSE)
         if status != cp.OPTIMAL or self.u.value is None:
             raise NotSolvedError(self._advice(status))
         duals = Multipliers(
-            np.concatenate([np.zeros(0), *(np.atleast_1d(c.dual_value) for c in self.row_constraint)]),
-            tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
-            np.concatenate([np.zeros(0), *(np.atleast_1d(c.dual_value) for c in self.equal_constraint)]),
-        )
-        answer = Answer(self.u.value, duals, self._prove(self.u.value, duals, data))
+            _duals(self.row_constraint), tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
+            _duals(self.equal_constraint),
+        )  # fmt: skip
+        u = np.asarray(self.u.value)
+        answer = Answer(u, strength, duals, self._prove(u, duals, data, strength))
         found = answer.optimality
         if not (found.primal <= PROVED.primal and found.dual <= PROVED.dual and found.gap <= PROVED.gap):
             raise NotSolvedError(
@@ -120,7 +120,18 @@ class Program:
             )
         return answer
 
-    def _prove(self, u: Array, duals: Multipliers, data: Compressed) -> Optimality:
+    def _run(self, tolerance: float) -> str:
+        """How the solver says it ended; what its answer is worth is measured elsewhere."""
+        tolerances = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an inexact answer is an error here, not a warning
+            try:
+                self.problem.solve(solver=cp.CLARABEL, **tolerances)
+            except cvxpy.error.SolverError as error:
+                return f"failed ({error})"
+        return str(self.problem.status)
+
+    def _prove(self, u: Array, duals: Multipliers, data: Compressed, strength: float) -> Optimality:
         """Residuals of the optimality conditions, from the data and the cones, without cvxpy."""
         A = data.R @ self.KT / np.sqrt(data.rows)
         residual = A @ u - data.z / np.sqrt(data.rows)
@@ -128,7 +139,6 @@ class Program:
         gradient = A.T @ residual
         sizes = np.linalg.norm(A, axis=0) * np.sqrt(square)
         objective = 0.5 * square
-        strength = float(self.strength.value)
         away = u - self.coordinates.nominal
         for _, own in self.coordinates.links:
             if self.entropic:
@@ -174,9 +184,14 @@ class Program:
             constraints.append(_psd(M, u, B, gives[-1]))
             labels.append(matrix.label)
         cp.Problem(cp.Minimize(cp.sum(cp.hstack(gives))), constraints).solve(solver=cp.CLARABEL)
-        sizes = np.concatenate([np.atleast_1d(give.value) for give in gives])
+        sizes = np.concatenate([np.ravel(np.asarray(give.value)) for give in gives])
         names = [label for label, size in zip(labels, sizes, strict=True) if size > GIVES]
         return list(dict.fromkeys(names)) or ["the cones have no common interior"]
+
+
+def _duals(constraints: list[Any]) -> Array:
+    """The multipliers of one vector constraint, or none."""
+    return np.concatenate([np.zeros(0), *(np.ravel(c.dual_value) for c in constraints)])
 
 
 def _psd(M: Array, x: cp.Expression, B: Array, give: cp.Expression | float = 0.0) -> cp.Constraint:

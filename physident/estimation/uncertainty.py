@@ -72,10 +72,9 @@ def jackknife(
     """
     A = base_rows(regressor, base)
     bent = A if curvature is None else A * np.sqrt(curvature)[:, :, None]
-    if information is None:
-        information = np.einsum("mjr,mjs->rs", bent, bent, optimize=True)
-    scale = np.sqrt(np.where(np.diag(information) > 0, np.diag(information), 1.0))
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    H = np.einsum("mjr,mjs->rs", bent, bent, optimize=True) if information is None else information
+    scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
+    values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # root root^T is the inverse information
     deviations, pushes = [], []

@@ -1,0 +1,148 @@
+"""Do 95 % intervals cover the truth 95 % of the time when the noise is coloured? 500 simulated identifications."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # many small matrices: threads only wait for each other
+
+import numpy as np
+from scipy.signal import lfilter
+
+from physident.base_parameters import find_base_parameters
+from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
+from physident.errors import PhysidentWarning
+from physident.estimation.decision import BY_DATA
+from physident.estimation.estimators import Physical
+from physident.estimation.identify import estimate_from
+from physident.estimation.weighting import compress
+from physident.excitation.trajectory import random_trajectory
+from physident.inertia import link_parameters, pseudo_inertia
+from physident.model import Model
+from physident.regressor import build_regressor
+from physident.robot import load_robot
+from physident.signals import Filter, Signals
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from kept import keep
+
+RUNS = 500
+DURATION, RATE = 40.0, 100.0  # s, Hz
+NOISE = np.array([2.0, 3.0, 1.5, 0.4, 0.5, 0.5])  # N m
+MEMORY = 0.3  # s: the slow part of the noise forgets over this time
+WHITE = 0.5  # white part of the noise over the slow part
+SPREAD = 0.3  # logarithmic, of the true links' pseudo-inertia around the nominal one
+ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])  # kg m^2
+VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])  # N m s/rad
+COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])  # N m
+OFFSET = np.array([0.5, -0.5, 0.2, 0.1, 0.0, -0.1])  # N m
+METHODS = {"wls": "wls", "robust": "robust", "physical": Physical(resamples=40)}
+
+
+def hidden_model(seed: int = 0) -> Model:
+    """A UR5 whose links differ from their description in every direction, with friction, rotors and offsets."""
+    rng = np.random.default_rng(seed)
+    nominal = Model.nominal(load_robot("ur5"))
+    theta = nominal.theta.copy()
+    for i in range(0, 60, 10):
+        values, vectors = np.linalg.eigh(pseudo_inertia(theta[i : i + 10]))
+        root = (vectors * np.sqrt(values)) @ vectors.T
+        A = rng.standard_normal((4, 4))
+        turn, directions = np.linalg.eigh((A + A.T) / 2)
+        theta[i : i + 10] = link_parameters(root @ (directions * np.exp(SPREAD * turn)) @ directions.T @ root)
+    theta[60:] = np.concatenate([ROTOR, VISCOUS, COULOMB, OFFSET])
+    return Model(nominal.robot, nominal.effects, theta)
+
+
+def coloured(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Noise (N, n) [N m]: a slow part that forgets exponentially, and a white part."""
+    keep = np.exp(-1 / (RATE * MEMORY))
+    drive = rng.standard_normal((shape[0] + 1000, shape[1]))
+    slow = lfilter([np.sqrt(1 - keep**2)], [1, -keep], drive, axis=0)[1000:]
+    return NOISE * (slow + WHITE * rng.standard_normal(shape))
+
+
+def textbook_errors(regressor, base, sigma) -> np.ndarray:
+    """Standard errors (r,) as for independent residuals: the inverse normal matrix of the weighted rows."""
+    R = compress(regressor, base, 1 / sigma).R
+    return np.linalg.norm(np.linalg.inv(R), axis=1)
+
+
+def main(runs: int = RUNS) -> dict:
+    warnings.simplefilter("ignore", PhysidentWarning)
+    truth, filter = hidden_model(), Filter(5.0)
+    robot, effects = truth.robot, make_effects(DEFAULT_EFFECTS)
+    base = find_base_parameters(robot, effects)
+    target = base.values(truth.theta)
+    hits: dict[str, list] = {name: [] for name in (*METHODS, "textbook")}
+    decided, effective, rows, started = [], [], 0, time.time()
+    for seed in range(runs):
+        t, q, v, a = random_trajectory(robot, seed=seed, duration=DURATION).sample(RATE)
+        clean = Signals(t, q, v, a, rate=RATE)
+        torque = truth.torque(clean) + coloured(q.shape, np.random.default_rng(10_000 + seed))
+        regressor = build_regressor(robot, effects, [replace(clean, torque=torque)], filter)
+        rows = len(regressor.torque)
+        for name, method in METHODS.items():
+            estimate = estimate_from(robot, effects, regressor, [], method, filter)
+            ends = estimate.intervals(0.95)
+            hits[name].append((ends[:, 0] <= target) & (target <= ends[:, 1]))
+            if name == "wls":
+                half = 1.96 * textbook_errors(regressor, base, estimate.sigma)
+                hits["textbook"].append(np.abs(base.values(estimate.theta) - target) <= half)
+                effective.append(estimate.effective_samples)
+            if name == "physical":
+                decided.append(np.array(estimate.base_shares) >= BY_DATA)
+    every = np.ones((runs, base.r), dtype=bool)
+    results = {
+        name: _coverage(np.array(hits[name]), np.array(decided) if name == "physical" else every) for name in hits
+    }
+    return {
+        "runs": runs, "base_parameters": base.r, "rows": rows,
+        "effective_samples": np.mean(effective, axis=0).tolist(), "coverage": results, "seconds": time.time() - started,
+    }  # fmt: skip
+
+
+def _coverage(hits: np.ndarray, counted: np.ndarray) -> dict:
+    """Coverage [%] over all counted cases, and its range over the parameters counted in at least half of the runs."""
+    often = counted.mean(axis=0) >= 0.5
+    each = 100 * (hits & counted)[:, often].sum(axis=0) / counted[:, often].sum(axis=0)
+    return {
+        "mean_percent": 100 * float(hits[counted].mean()), "lowest_percent": float(each.min()),
+        "highest_percent": float(each.max()), "parameters": int(often.sum()),
+        "within_92_98": int(((each >= 92) & (each <= 98)).sum()),
+    }  # fmt: skip
+
+
+def table(results: dict) -> str:
+    worth = " ".join(f"{x:.0f}" for x in results["effective_samples"])
+    rows = [
+        f"{results['runs']} identifications of {results['base_parameters']} base parameters;"
+        f" {results['rows']} rows worth {worth} per joint",
+        "errors               coverage %   lowest  highest  parameters  within 92-98 %",
+    ]
+    names = {
+        "wls": "wls, block jackknife",
+        "robust": "robust",
+        "physical": "physical, bootstrap",
+        "textbook": "wls, textbook",
+    }
+    for name, c in results["coverage"].items():
+        rows.append(
+            f"{names[name]:<20} {c['mean_percent']:10.1f} {c['lowest_percent']:8.1f} {c['highest_percent']:8.1f}"
+            f" {c['parameters']:11d} {c['within_92_98']:11d}"
+        )
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    runs = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
+    results = main(runs)
+    if runs == RUNS:
+        keep(Path(__file__).parent, results, table(results))
+    else:
+        print(table(results))
