@@ -28,7 +28,7 @@ def link_parameters(P: Array) -> Array:
 
 
 def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
-    """The conditions of a rigid body that ten link parameters (10,) break, in words; empty if it is physical.
+    """The condition of a rigid body that ten link parameters (10,) break, with its likely cause; empty if physical.
 
     A body is physical when its pseudo-inertia matrix is positive semidefinite, that is: mass not negative, inertia
     about the centre of mass not negative along any axis, and no principal inertia above the sum of the other two.
@@ -40,12 +40,22 @@ def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
     _, inertia = about_centre(phi)
     principal = np.linalg.eigvalsh(inertia)
     values = ", ".join(f"{x:.4g}" for x in principal)
-    broken = []
     if principal[0] < 0:
-        broken.append(f"inertia about its centre of mass is negative along an axis (principal values {values} kg m^2)")
-    if principal[2] > principal[0] + principal[1]:
-        broken.append(f"triangle inequality: the largest of the principal inertias {values} kg m^2 exceeds the sum")
-    return broken
+        about = ": given about the wrong point? it fits the centre of mass" if _fits(_principal(phi)) else ""
+        return [f"inertia about its centre of mass is negative (principal values {values} kg m^2){about}"]
+    slipped = _fits(np.sort([*principal[:2], principal[2] / 10]))
+    cause = ": one principal inertia is about ten times the others: a slipped decimal?" if slipped else ""
+    return [f"triangle inequality: the largest of the principal inertias {values} kg m^2 exceeds the sum{cause}"]
+
+
+def _principal(phi: Array) -> Array:
+    """Principal values (3,) [kg m^2], rising, of the inertia as stated about the link frame's origin."""
+    return np.linalg.eigvalsh(inertia_tensor(phi))
+
+
+def _fits(principal: Array) -> bool:
+    """Whether rising principal inertias (3,) can be a body's about its centre of mass."""
+    return bool(principal[0] >= 0 and principal[2] <= principal[0] + principal[1])
 
 
 def inertia_tensor(phi: Array) -> Array:

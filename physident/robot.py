@@ -138,7 +138,8 @@ class Robot:
             "name": self.name,
             "gravity": list(self.gravity),
             "drives": drives,
-            "acceleration_limit": self.acceleration_limit and list(self.acceleration_limit),
+            "acceleration_limit": self.acceleration_limit
+            and [limit if math.isfinite(limit) else None for limit in self.acceleration_limit],
             "tool_speed_limit": self.tool_speed_limit,
             "source": self.source,
             "urdf": self.urdf,
@@ -150,7 +151,9 @@ class Robot:
         drives = data["drives"] and tuple(
             Drive(**drive | {"motor_friction": tuple(drive["motor_friction"])}) for drive in data["drives"]
         )
-        limit = data["acceleration_limit"] and tuple(data["acceleration_limit"])
+        limit = data["acceleration_limit"] and tuple(
+            math.inf if one is None else float(one) for one in data["acceleration_limit"]
+        )
         return Robot(**data | {"gravity": tuple(data["gravity"]), "drives": drives, "acceleration_limit": limit})
 
     def __repr__(self) -> str:

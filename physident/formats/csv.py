@@ -120,11 +120,13 @@ def _whole_lines(path: Path) -> Iterator[bytes]:
                     raise InputError(
                         f"{path}: a line is longer than {BLOCK} characters, expected a row for each sample"
                     )
-                yield whole + newline
+                if newline:
+                    yield whole + newline
     except (OSError, EOFError, zlib.error) as error:
         reason = str(error)[:120]
         raise InputError(f"{path}: cannot be read ({reason}); expected a CSV, plain or gzip") from None
-    yield carry
+    if carry:
+        yield carry
 
 
 def _joined(blocks: list[np.ndarray], rows: int, width: int) -> np.ndarray:
