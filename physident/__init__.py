@@ -45,6 +45,8 @@ _PUBLIC = {
     "identify_payload": "payload",
     "Robot": "robot",
     "load_robot": "robot",
+    "Sensors": "simulation.sensors",
+    "simulate": "simulation.simulate",
     "Filter": "signals",
     "Signals": "signals",
     "prepare": "signals",
@@ -76,6 +78,8 @@ if TYPE_CHECKING:
     from physident.regressor import Regressor, build_regressor
     from physident.robot import Robot, load_robot
     from physident.signals import Filter, Signals, prepare
+    from physident.simulation.sensors import Sensors
+    from physident.simulation.simulate import simulate
     from physident.validation import Gain, Score, compare, validate
     from physident.visibility import Visibility, measure_visibility
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +13,7 @@ import physident as pid
 from physident.effects.drive import RotorInertia, TorqueOffset
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
+from physident.excitation import PointToPoint
 from physident.simulation import PD, ComputedTorque, Released, Sensors, Simulation, integrate, simulate, simulate_many
 from tests.robots import TREE
 
@@ -286,6 +287,24 @@ def test_minimal_effects_work_in_the_simulator(ur5):
         assert np.abs(drive(states) - drive(without)).max() > 0.1
 
 
+ON_THE_PLANT = [name for name, effect in pid.CATALOGUE.items() if effect.acts_on == "plant" and effect.pointwise]
+
+
+@pytest.mark.parametrize("name", ON_THE_PLANT)
+def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
+    kind = pid.CATALOGUE[name]
+    shapes: dict[str, Any] = {shape.field: (shape.grid[len(shape.grid) // 2],) for shape in kind.shapes}
+    effect = kind(**shapes)
+    strength = np.full(len(effect.columns(ur5)), 0.1)
+    base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction()) if part.name != name]
+    nominal = pid.Model.nominal(ur5, base)
+    model = pid.Model(ur5, (*base, effect), np.concatenate([nominal.theta, strength]))
+    if name == "rigid_body":
+        model = replace(nominal, effects=(*base, effect), theta=np.concatenate([nominal.theta, 1.1 * ur5.nominal]))
+    states = integrate(model, pid.random_trajectory(ur5, 9, base_frequency=0.4))
+    np.testing.assert_allclose(drive(states), model.torque(states), atol=2e-5)
+
+
 def test_friction_may_depend_on_the_load(ur5):
     motion = pid.random_trajectory(ur5, 9, base_frequency=0.2)
     states = integrate(arm(ur5, None, LoadFriction(), theta=(np.full(6, 0.1),)), motion)
@@ -304,6 +323,22 @@ def test_extra_torque_pushes_and_is_not_measured(ur5):
     states = integrate(arm(ur5), motion, extra_torque=push)
     pushed = np.array([push(*instant) for instant in zip(states.time, states.q, states.v, strict=True)])
     np.testing.assert_allclose(drive(states) + pushed, arm(ur5).torque(states), atol=1e-5)
+
+
+def test_point_to_point_moves_with_their_corners(ur5):
+    points = np.array([POSE, POSE + np.array([0.5, -0.3, 0.4, 0.2, -0.6, 1.0]), POSE])
+    motion = PointToPoint(points, speed=0.8, acceleration=2.0)
+    for controller in (None, ComputedTorque()):
+        states = integrate(arm(ur5), motion, controller)
+        np.testing.assert_allclose(drive(states), arm(ur5).torque(states), atol=1e-5)
+        assert np.abs(states.q - motion.states(states.time).q).max() < 0.03
+
+
+def test_gains_of_any_stiffness(ur5):
+    motion = pid.random_trajectory(ur5, 9, base_frequency=0.4)
+    for stiffness in (1e3, 1e6, 1e9):
+        states = integrate(arm(ur5), motion, PD((stiffness,) * 6, (2 * np.sqrt(stiffness),) * 6))
+        assert np.abs(states.q - motion.states(states.time).q).max() < 60.0 / stiffness
 
 
 def test_a_tree_with_a_prismatic_joint(tmp_path):
@@ -344,7 +379,7 @@ BAD = {
     "extra torque not finite": (lambda r, m: {"extra_torque": lambda t, q, v: np.full(6, np.nan)}, "finite"),
     "step too large": (lambda r, m: {"step": 0.05}, "too large"),
     "step of nothing": (lambda r, m: {"step": 0.0}, "not positive"),
-    "no body": (lambda r, m: {"model": pid.Model(r, (RigidBody(),), -r.nominal)}, "no body"),
+    "no body": (lambda r, m: {"model": pid.Model(r, (RigidBody(),), -r.nominal)}, "not positive"),
 }
 
 

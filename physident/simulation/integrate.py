@@ -21,6 +21,7 @@ STEP = 0.004  # s
 LONGEST_STEP = 0.02  # s: half a period of the fastest control loop an arm's drive closes
 HALVINGS = 8
 SMOOTHED = 4  # halvings spent on a step that converges but is rough
+SINGULAR = 1e-10  # of the inertia matrix' largest eigenvalue
 CHUNK = 500  # steps planned together
 RUNAWAY = 200.0  # rad/s, m/s: ten times as fast as any arm
 ASTRAY = 1.0  # rad, m: an arm this far from its motion does not follow it
@@ -117,9 +118,10 @@ def _check(plant: Plant, motion: Motion) -> None:
         raise InputError(f"trajectory: {broken[0]}{more}; expected a motion inside the limits of {plant.robot.name}")
     for t in np.linspace(0, motion.duration, 20):
         M = plant.inertia(motion.states(np.array([t])).q[0])
-        if np.linalg.eigvalsh(M)[0] <= 0:
+        values = np.linalg.eigvalsh(M)
+        if values[0] <= SINGULAR * values[-1]:
             raise InputError(
-                f"model: its inertia matrix is not positive at {t:.2f} s of the motion: no body has such parameters; identify with method='physical'"
+                f"model: its inertia matrix is not positive at {t:.2f} s of the motion; expected links that a body can have (identify with method='physical') or rotor inertia"
             )
 
 
