@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# small matrices: BLAS threads that wait for a busy core cost more than they bring
+export OPENBLAS_NUM_THREADS := 1
 STAMP := $(VENV)/.installed
 
 .PHONY: demo test lint types suite studies clean

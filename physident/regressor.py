@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,6 +74,26 @@ class Regressor:
         R[: len(stacked)] = stacked
         return R[:p, :p], R[:p, p], float(R[p, p] ** 2)
 
+    def joint_sizes(self, theta: Array) -> Array:
+        """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the factors: the tall rows are not read."""
+        return np.array(
+            [
+                np.linalg.norm(R[:, :-1] @ theta[rows.columns] - R[:, -1])
+                for rows, R in zip(self.joints, self._joint_factors, strict=True)
+            ]
+        )
+
+    def with_columns(self, other: Regressor, places: NDArray[np.intp]) -> Regressor:
+        """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order."""
+        joints = []
+        for mine, theirs in zip(self.joints, other.joints, strict=True):
+            values = mine.values.copy()
+            at = {int(c): k for k, c in enumerate(mine.columns)}
+            for k, c in enumerate(theirs.columns):
+                values[:, at[int(places[c])]] = theirs.values[:, k]
+            joints.append(JointRows(mine.columns, values))
+        return replace(self, joints=tuple(joints))
+
     @cached_property
     def _joint_factors(self) -> list[Array]:
         """The R factor of each joint's rows with the torque as last column: weights scale it, they do not change it."""
@@ -90,16 +110,19 @@ def build_regressor(
     filter: Filter,
     moving_only: bool = True,
     theta: Array | None = None,
+    model: Model | None = None,
 ) -> Regressor:
     """The regressor of some recordings' signals: each column and the torque pass the same filter and decimation.
 
-    Columns that depend on the model's own torque take it from ``theta`` (p,), or from the robot's nominal parameters.
+    Columns that depend on the model's own torque take it from ``theta`` (p,) of these effects, from another ``model``, or
+    from the robot's nominal parameters.
     ``moving_only`` keeps the rows whose filter window lies in the moving part of its recording. Raises InputError for signals without torque, of another
     number of joints, or with nothing left.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
     if any(effect.needs_model for effect in effects):
-        model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
+        if model is None:
+            model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
         signals = [model.refer(s) for s in signals]
     places = _Places(robot, effects)
     pieces = [_segments(robot, s, filter, moving_only) for s in signals]

@@ -108,12 +108,15 @@ def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted
         raise InputError("no recordings given, expected at least one that was not fitted")
     if not include_fitted:
         _refuse_fitted(estimate, recordings)
-    p = predictions(estimate, recordings)
+    return _score(estimate, recordings, predictions(estimate, recordings))
+
+
+def _score(estimate: Estimate, recordings: Sequence[Recording], p: Predictions) -> Score:
     each = np.array([_relative(p, p.recording == index) for index in range(len(recordings))])
     total = sum(recording.duration for recording in recordings)
     return Score(
         joints=estimate.model.robot.joint_names,
-        rms=np.sqrt(((p.measured - p.predicted) ** 2).mean(axis=0)),
+        rms=np.sqrt(((p.measured - p.predicted) ** 2).sum(axis=0) / p.counted.sum(axis=0)),
         relative=each.mean(axis=0),
         each=each,
         cutoff=estimate.filter.cutoff,
@@ -135,19 +138,31 @@ def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_
         raise InputError(
             f"the models have {before.model.robot.n} and {after.model.robot.n} joints; expected the same robot"
         )
-    return Gain(validate(before, on, include_fitted), validate(after, on, include_fitted))
+    if not include_fitted:
+        _refuse_fitted(before, on)
+        _refuse_fitted(after, on)
+    first, second = predictions(before, on), predictions(after, on)
+    common = first.counted & second.counted  # both are judged on the same rows
+    return Gain(_score(before, on, _only(first, common)), _score(after, on, _only(second, common)))
+
+
+def _only(p: Predictions, counted: NDArray[np.bool_]) -> Predictions:
+    """The same predictions with fewer rows counted."""
+    return replace(p, measured=p.measured * counted, predicted=p.predicted * counted, counted=counted)
 
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
     """Filtered torque of recordings over their moving part: ``time`` (M,) [s], ``predicted`` and ``measured`` (M, n)
-    [N m|N], ``recording`` (M,) the index of each row's recording, ``rate`` [Hz] of the rows."""
+    [N m|N], ``recording`` (M,) the index of each row's recording, ``rate`` [Hz] of the rows; a row of a joint that is not
+    ``counted`` (M, n) is zero on both sides."""
 
     time: Array
     predicted: Array
     measured: Array
     recording: NDArray[np.intp]
     rate: float
+    counted: NDArray[np.bool_]
 
 
 def predictions(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
@@ -155,12 +170,17 @@ def predictions(estimate: Estimate, recordings: Sequence[Recording]) -> Predicti
     model = estimate.model
     gained = [with_gains(recording, estimate.drive_gains) for recording in recordings]
     signals = prepare_all(model.robot, gained, estimate.filter)
-    regressor = build_regressor(model.robot, model.effects, signals, estimate.filter)
+    regressor = build_regressor(model.robot, model.effects, signals, estimate.filter, theta=model.theta)
     for index, one in enumerate(signals):
         if not (regressor.recording == index).any():
             raise InputError(f"{one.source}: its moving part is shorter than the filter; expected seconds of motion")
     return Predictions(
-        regressor.time, regressor.predict(model.theta), regressor.torque, regressor.recording, regressor.kept_rate
+        time=regressor.time,
+        predicted=regressor.predict(model.theta),
+        measured=regressor.torque,
+        recording=regressor.recording,
+        rate=regressor.kept_rate,
+        counted=regressor.counted,
     )
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 import warnings
 
 import typer
+
+# the matrices here are small: one thread is as fast, and threads that wait for a busy core cost ten times as much
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from physident.cli.app import app
 from physident.errors import PhysidentError, PhysidentWarning

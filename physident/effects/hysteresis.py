@@ -20,7 +20,7 @@ class PreslidingHysteresis(Effect):
     """tau_j = s_j z_j with dz/dt = v - abs(v) z / xs, from z = 0 where a recording or a segment begins; s in N m/rad.
 
     z [rad] bends to +-xs, the presliding ``distance`` [rad]; the sliding friction is s xs. A gap restarts it, and three
-    xs of travel are not counted. Source: Dahl, "A solid friction model" (1968), eq. 3 with exponent 1.
+    xs of travel after it are not counted. Source: Dahl, "A solid friction model" (1968), eq. 3 with exponent 1.
     """
 
     distance: tuple[float, ...] | None = None
@@ -35,7 +35,9 @@ class PreslidingHysteresis(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return bristle(signals.v.T[self.active(robot)], self.shape(robot, "distance"), signals.rate)
 
-    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_]:
+    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
+        if signals.time[0] - signals.origin < 1 / signals.rate:
+            return None  # a recording begins at rest; only after a gap the bristles are bent in a way nobody saw
         active = self.active(robot)
         travel = np.cumsum(np.abs(signals.v[:, active]), axis=0) / signals.rate
         result = np.zeros(signals.v.shape, dtype=bool)
@@ -64,9 +66,10 @@ def bristle(v: Array, distance: Array, rate: float) -> Array:
     step = 0.5 * (v[:, 1:] + v[:, :-1]) / rate  # travel between samples
     kept = np.exp(-np.abs(step) / distance[:, None])
     gained = np.sign(step) * distance[:, None] * (1 - kept)
-    z = np.zeros(v.shape)
-    now = np.zeros(len(v))
-    for k in range(step.shape[1]):
-        now = now * kept[:, k] + gained[:, k]
-        z[:, k + 1] = now
-    return z
+    # z_{k+1} = kept_k z_k + gained_k, solved for all k by doubling: each pass joins spans twice as long as the last
+    span = 1
+    while span < step.shape[1]:
+        gained[:, span:] += kept[:, span:] * gained[:, :-span]
+        kept[:, span:] *= kept[:, :-span]
+        span *= 2
+    return np.concatenate([np.zeros((len(v), 1)), gained], axis=1)

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.base_parameters import find_base_parameters
 from physident.effects.effect import Effect, Shape
-from physident.estimation.least_squares import least_squares
+from physident.estimation.least_squares import solve_step
+from physident.estimation.nearest import nearest_to
 from physident.model import Model
 from physident.projection import Baseline
-from physident.base_parameters import find_base_parameters
 from physident.regressor import Regressor, build_regressor
 from physident.robot import Robot
 from physident.signals import Filter, Signals
@@ -44,15 +45,20 @@ def refreshed(
     if not any(effect.needs_model for effect in effects):
         return build_regressor(robot, effects, signals, filter)
     theta = _start(robot, effects, signals, filter) if theta is None else theta
+    regressor = build_regressor(robot, effects, signals, filter, theta=theta)
+    dependent = [effect for effect in effects if effect.needs_model]
+    owner = [effect for effect in effects for _ in effect.columns(robot)]
+    places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
     for _ in range(REFRESHES):
-        regressor = build_regressor(robot, effects, signals, filter, theta=theta)
         after = _fit(robot, effects, regressor)
         change = regressor.predict(after) - regressor.predict(theta)
+        residual = regressor.torque - regressor.predict(after)
         theta = after
-        residual = regressor.torque - regressor.predict(theta)
+        fresh = build_regressor(robot, dependent, signals, filter, model=Model(robot, effects, theta))
+        regressor = regressor.with_columns(fresh, places)
         if (np.linalg.norm(change, axis=0) <= SETTLED * np.linalg.norm(residual, axis=0)).all():
             break
-    return build_regressor(robot, effects, signals, filter, theta=theta)
+    return regressor
 
 
 def find_shapes(
@@ -107,7 +113,10 @@ def _best(
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
-        lambda x: -gain(float(np.exp(x))), bounds=(np.log(low), np.log(high)), method="bounded", options={"xatol": REFINED}
+        lambda x: -gain(float(np.exp(x))),
+        bounds=(np.log(low), np.log(high)),
+        method="bounded",
+        options={"xatol": REFINED},
     )
     value = float(np.exp(found.x)) if -found.fun >= gains[top] else float(grid[top])
     return _with(effect, shape, value)
@@ -148,16 +157,24 @@ def _merged(effect: Effect, parts: list[Effect]) -> Effect:
 
 
 def _weights(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
-    residual = regressor.torque - regressor.predict(_fit(robot, effects, regressor))
-    return 1 / np.maximum(np.sqrt((residual**2).mean(axis=0)), 1e-9 * max(1.0, float(np.abs(regressor.torque).max())))
+    sizes = regressor.joint_sizes(_fit(robot, effects, regressor)) / np.sqrt(len(regressor.time))
+    return 1 / np.maximum(sizes, 1e-9 * max(1.0, float(np.abs(regressor.torque).max())))
 
 
 def _fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
-    """Parameters (p,) by weighted least squares; what the data do not show stays nominal."""
-    from physident.estimation.nearest import nearest_to
-
+    """Parameters (p,) by weighted least squares on the factors alone; what the data do not show stays nominal."""
     base, nominal = find_base_parameters(robot, effects), Model.nominal(robot, effects).theta
-    return nearest_to(nominal, base, least_squares(regressor, base, nominal, "diagonal").base)
+    theta, floor = nominal, 1e-9 * max(1.0, float(np.abs(regressor.torque).max()))
+    weights = np.ones(robot.n)
+    for _ in range(REFRESHES):
+        solved = solve_step(regressor, base, weights, base.values(nominal))
+        theta = nearest_to(nominal, base, solved.x)
+        after = 1 / np.maximum(regressor.joint_sizes(theta) / np.sqrt(len(regressor.time)), floor)
+        settled = np.allclose(after, weights, rtol=SETTLED)
+        weights = after
+        if settled:
+            break
+    return theta
 
 
 def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter) -> Array:
