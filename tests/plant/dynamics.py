@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv, dpotrs
+from scipy.linalg import get_lapack_funcs
 
 from tests.plant.arm import Arm
 from tests.plant.controller import Controller
@@ -23,6 +23,7 @@ from tests.plant.motions import Motion
 Array = NDArray[np.float64]
 GAMMA = 1 - 1 / np.sqrt(2)
 STEP = 1e-3  # s
+_solve, _solve_again = get_lapack_funcs(("posv", "potrs"), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +43,10 @@ class Run:
     z: Array
 
 
-def simulate(
-    arm: Arm, motion: Motion, controller: Controller | None = None, step: float = STEP
-) -> Run:
+def simulate(arm: Arm, motion: Motion, controller: Controller | None = None, step: float = STEP) -> Run:
     """The arm following a motion under control, from rest, in steps of ``step`` [s]."""
     controller = controller or Controller()
-    time = np.arange(round(motion.duration / step) + 1) * step
+    time: Array = np.arange(round(motion.duration / step) + 1, dtype=float) * np.float64(step)
     command = controller.ahead(*motion.states(time))
     # the controller sees the encoders: true position less the zero offset
     command = command + np.array(controller.proportional) * arm.zero_offset
@@ -94,7 +93,7 @@ class _Plant:
     def rest(self, command: Array) -> Array:
         """Positions at which the arm stands still under the first command (6,) [N m]."""
         compliance = self.drives.compliance
-        q = command / self.Kp
+        q, torque = command / self.Kp, np.zeros(6)
         for _ in range(100):
             torque = pin.computeGeneralizedGravity(self.model, self.data, q) + self.arm.spring * q
             contact = self.arm.contact_torque(self.data, q, 0.0)
@@ -176,13 +175,13 @@ class _Plant:
                 slopes[rotor] = one.slope + self.warm[k] * self.friction.viscous
                 J.flat[:: size + 1] += g * slopes
             rise[rotor] = GAMMA * (command[k + 1] - command[k])
-            factor, w1, _ = dposv(J, mass @ one.a + rise - g * (K @ w))
+            factor, w1, _ = _solve(J, mass @ one.a + rise - g * (K @ w))
             y1 = w + g * w1
             z1 = one.rate / (1 + g * one.stuck)
             # a contact's force jumps between steps, so both stages of a step take the same one
             two = self.accelerations(k, command[k + 1], y + step * y1, w + step * w1, z + step * z1, self.warm[k + 1])
             left = w + step * w1 - 2 * y1
-            w2, _ = dpotrs(factor, mass @ (two.a - 2 * w1) - rise - g * (K @ left))
+            w2, _ = _solve_again(factor, mass @ (two.a - 2 * w1) - rise - g * (K @ left))
             y2 = left + g * w2
             z2 = (two.rate - 2 * z1) / (1 + g * one.stuck)
             y = y + step * (1.5 * y1 + 0.5 * y2)

@@ -107,9 +107,10 @@ def _body(arm: Arm, dose: _Dose) -> Arm:
     links = arm.links.copy()
     for i, mass in zip(dose.joints or [5], dose.magnitude, strict=True):
         com = links[i, 1:4] / links[i, 0] if dose.shape["com"] is None else np.array(dose.shape["com"], dtype=float)
-        links[i] += mass * pin.Inertia.FromSphere(1.0, dose.shape["radius"]).se3Action(
-            pin.SE3(np.eye(3), com)
-        ).toDynamicParameters()
+        links[i] += (
+            mass
+            * pin.Inertia.FromSphere(1.0, dose.shape["radius"]).se3Action(pin.SE3(np.eye(3), com)).toDynamicParameters()
+        )
     return replace(arm, links=links)
 
 
@@ -127,7 +128,8 @@ def _contact(arm: Arm, dose: _Dose) -> Arm:
     forces = dose.shape["forces"] or [dose.shape["direction"]] * pieces
     if len(forces) != pieces:
         raise ValueError(f"contact: {len(forces)} forces for {pieces} pieces of {PIECE} s")
-    scaled = tuple(tuple(float(x) for x in dose.magnitude[0] * np.array(force)) for force in forces)
+    size = dose.magnitude[0]
+    scaled = tuple((size * x, size * y, size * z) for x, y, z in forces)
     return replace(arm, contacts=(*arm.contacts, Contact(start, scaled)))
 
 

@@ -15,6 +15,7 @@ TOP_SPEED = 1.5  # rad/s at speed 1; the drives allow pi
 TOP_ACCELERATION = np.array([5.0, 5.0, 6.0, 8.0, 8.0, 8.0])  # rad/s^2
 REST = 0.25  # s at both ends
 RISE = 1.5  # s
+SHORTEST_MOVE = 0.5  # s
 SINES = 6
 FREQUENCIES = (0.05, 0.7)  # Hz
 
@@ -107,19 +108,24 @@ def point_to_point(seed: int, speed: float = 1.0, duration: float = 20.0) -> Poi
     rng = np.random.default_rng([seed, 2])
     points, begins, ends = [rng.uniform(LOWER, UPPER)], [], []
     now = REST
-    while True:
-        target = rng.uniform(LOWER, UPPER)
-        way = np.abs(target - points[-1])
-        # a fifth-order profile peaks at 15/8 way/T and 10/sqrt(3) way/T^2
-        lasts = max(
-            (15 / 8 * way / (TOP_SPEED * speed)).max(), np.sqrt(10 / np.sqrt(3) * way / TOP_ACCELERATION).max(), 0.5
-        )
-        if now + lasts > duration - REST:
-            return PointToPoint(duration, np.array(points), np.array(begins), np.array(ends))
-        points.append(target)
+    while (left := duration - REST - now) > SHORTEST_MOVE:
+        way = rng.uniform(LOWER, UPPER) - points[-1]
+        longest = min(left, duration / 4)
+        if (lasts := _least_time(way, speed)) > longest:
+            way = way * (longest / lasts) ** 2
+            lasts = _least_time(way, speed)
+        points.append(points[-1] + way)
         begins.append(now)
         ends.append(now + lasts)
         now += lasts + rng.uniform(0.1, 0.5)
+    return PointToPoint(duration, np.array(points), np.array(begins), np.array(ends))
+
+
+def _least_time(way: Array, speed: float) -> float:
+    """Time [s] of a fifth-order move, whose peaks are 15/8 way/T and 10/sqrt(3) way/T^2."""
+    by_speed = 15 / 8 * np.abs(way) / (TOP_SPEED * speed)
+    by_acceleration = np.sqrt(10 / np.sqrt(3) * np.abs(way) / TOP_ACCELERATION)
+    return float(max(by_speed.max(), by_acceleration.max(), SHORTEST_MOVE))
 
 
 def _step(x: Array) -> tuple[Array, Array, Array]:
