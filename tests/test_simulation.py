@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
+from physident.cli import run
 from physident.effects.drive import RotorInertia, TorqueOffset
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
@@ -215,11 +216,23 @@ def test_computed_torque_with_the_true_model_follows_exactly(ur5):
     np.testing.assert_allclose(states.q, motion.states(states.time).q, atol=1e-9)
 
 
-def test_identification_returns_the_truth(ur5):
+def test_identification_returns_the_truth(ur5, tmp_path):
     model = arm(ur5, None, TorqueOffset(), theta=(OFFSET,))
     estimate = pid.identify(ur5, [simulate(model, pid.random_trajectory(ur5, 7, duration=20.0))])
     for effect, truth in (("viscous_friction", VISCOUS), ("coulomb_friction", COULOMB), ("torque_offset", OFFSET)):
         np.testing.assert_allclose(estimate.model.parameters(effect), truth, atol=0.02)
+    # and what was identified is an arm that the command line simulates
+    estimate.save(tmp_path / "model.json")
+    motion = pid.random_trajectory(ur5, 1, base_frequency=0.4)
+    motion.save(tmp_path / "plan.json")
+    files = {"--model": "model.json", "--trajectory": "plan.json", "--out": "again.csv"}
+    assert (
+        run(["simulate", *(str(tmp_path / x) if x in files.values() else x for pair in files.items() for x in pair)])
+        == 0
+    )
+    again, first = pid.load_recording(tmp_path / "again.csv"), simulate(model, motion)
+    np.testing.assert_allclose(again.q, first.q, atol=1e-3)
+    np.testing.assert_allclose(again.effort, first.effort, atol=0.1)
 
 
 def test_parameters_of_no_possible_body_simulate_alike(ur5):
@@ -314,6 +327,28 @@ def test_friction_may_depend_on_the_load(ur5):
     np.testing.assert_allclose(drive(states), expected, atol=1e-5)
 
 
+@dataclass(frozen=True)
+class Broken(pid.Effect):
+    name: ClassVar[str] = "broken"
+    unit: ClassVar[str] = "N m"
+
+    def values(self, robot, signals):
+        return np.full((6, len(signals.time)), np.nan)
+
+
+@dataclass(frozen=True)
+class BrokenMeter(Broken):
+    name: ClassVar[str] = "broken_meter"
+    acts_on: ClassVar = "measurement"
+
+
+def test_an_effect_that_is_no_number_is_refused(ur5):
+    motion = pid.random_trajectory(ur5, 9, base_frequency=0.4)
+    for effect, message in ((Broken(), "first state"), (BrokenMeter(), "broken_meter")):
+        with pytest.raises(pid.PhysidentError, match=message):
+            simulate(arm(ur5, None, effect, theta=(np.ones(6),)), motion)
+
+
 def test_extra_torque_pushes_and_is_not_measured(ur5):
     motion = pid.random_trajectory(ur5, 9, base_frequency=0.2)
 
@@ -393,8 +428,6 @@ def test_bad_input_is_named(ur5, case):
 
 
 def test_command_line(ur5, tmp_path, monkeypatch, capsys):
-    from physident.cli import run
-
     monkeypatch.chdir(tmp_path)
     motion = pid.random_trajectory(ur5, 0, base_frequency=0.4)
     motion.save("plan.json")

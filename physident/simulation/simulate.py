@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from physident.columns import Columns
+from physident.errors import InputError
 from physident.excitation.motion import Motion
 from physident.formats.table import Table
 from physident.model import Model
@@ -112,4 +113,6 @@ def measured(model: Model, truth: Signals) -> Signals:
         k = len(effect.columns(model.robot))
         truth = effect.measure(model.robot, model.theta[at : at + k], truth)
         at += k
+        if not all(np.isfinite(x).all() for x in (truth.q, truth.v, truth.torque) if x is not None):
+            raise InputError(f"effect {effect.name}: shows values that are not finite; expected finite numbers")
     return truth
