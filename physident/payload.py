@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError
+from physident.errors import InputError, NotSolvedError
 from physident.estimation.cones import Cones, Matrix
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
@@ -18,12 +19,17 @@ from physident.estimation.load import every_column, load_regressor, solid_load
 from physident.estimation.uncertainty import block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import compress
 from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre, pseudo_inertia
+from physident.model import Model
 from physident.recording import Recording
 from physident.regressor import Regressor, build_regressor
+from physident.signals import Signals
 from physident.validation import with_gains
 
 Array = NDArray[np.float64]
 DRAWS = 200  # draws behind the intervals: their ends then wander by a tenth of a standard error
+MOST = 0.95  # of them must be solved
+MAX_ROUNDS = 50
+SETTLED = 1e-6  # change of the load from one round to the next
 FAINT = 0.25  # a joint whose load torque is below this share of its residual says nothing of its own
 
 
@@ -118,11 +124,8 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
     _refuse_fitted(estimate, recordings)
     model = estimate.model
     gained = [with_gains(recording, estimate.drive_gains) for recording in recordings]
-    whole = build_regressor(
-        model.robot, model.effects, prepare_all(model.robot, gained, estimate.filter), estimate.filter
-    )
-    load = load_regressor(whole, whole.torque - whole.predict(model.theta))
-    free = least_squares(load, every_column(load.columns), np.zeros(10), "diagonal")
+    signals = prepare_all(model.robot, gained, estimate.filter)
+    whole, load, free = _free_load(estimate, signals)
     _refuse_hidden(free)
     arm = _arm_covariance(estimate, whole, load, free.sigma)
     covariance = free.covariance + arm
@@ -140,6 +143,33 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
         scale=_scale(gained),
         recordings=tuple(recording.source for recording in recordings),
     )
+
+
+def _free_load(estimate: Estimate, signals: Sequence[Signals]) -> tuple[Regressor, Regressor, Solution]:
+    """The arm's regressor, the load's, and the load without a cone.
+
+    Effects that depend on the torque a joint carries are evaluated with the load on the arm, until it settles.
+    """
+    model, carried = estimate.model, np.zeros(10)
+    for _ in range(MAX_ROUNDS):
+        whole = build_regressor(model.robot, model.effects, signals, estimate.filter, model=_carrying(model, carried))
+        load = load_regressor(whole, whole.torque - whole.predict(model.theta))
+        free = least_squares(load, every_column(load.columns), np.zeros(10), "diagonal")
+        if np.linalg.norm(free.base - carried) <= SETTLED * np.linalg.norm(free.base) or not any(
+            effect.needs_model for effect in model.effects
+        ):
+            return whole, load, free
+        carried = free.base
+    raise NotSolvedError(
+        f"the load and the friction that grows with it did not settle in {MAX_ROUNDS} rounds; identify the arm without load_dependent_friction"
+    )
+
+
+def _carrying(model: Model, load: Array) -> Model:
+    """The model with ten parameters added to its last link."""
+    theta = np.array(model.theta)
+    theta[[i for i, c in enumerate(model.columns) if c.effect == "rigid_body" and c.joint == model.robot.n]] += load
+    return replace(model, theta=theta)
 
 
 def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
@@ -198,9 +228,14 @@ def _on_cone(load: Regressor, free: Solution, covariance: Array, seed: int) -> t
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     steps = rng.standard_normal((DRAWS, 10)) / np.sqrt(rng.chisquare(freedom, size=(DRAWS, 1)) / freedom)
-    draws = [
-        program.solve(Compressed(data.R, data.R @ x, data.rest, data.rows), 0.0).u for x in free.base + steps @ root.T
-    ]
+    draws = []
+    for x in free.base + steps @ root.T:
+        with suppress(NotSolvedError):  # one far out may defeat the solver: few enough move no quantile
+            draws.append(program.solve(Compressed(data.R, data.R @ x, data.rest, data.rows), 0.0).u)
+    if len(draws) < MOST * DRAWS:
+        raise NotSolvedError(
+            f"{DRAWS - len(draws)} of {DRAWS} draws behind the load's intervals were not solved; record the load for longer"
+        )
     best = program.solve(data, 0.0).u
     return coordinates.T @ best, np.array(draws) @ coordinates.T.T
 

@@ -173,6 +173,8 @@ def test_what_cannot_be_used_is_refused(
         pid.identify_drive_gains(ur5, free, [replace(carried[0], effort_kind="torque")], 4.0)
     with pytest.raises(pid.InputError, match="both"):
         pid.identify_drive_gains(ur5, free, free, 4.0)
+    with pytest.raises(pid.InputError, match="load_dependent_friction"):
+        pid.identify_drive_gains(ur5, free, carried, 4.0, effects=[*EFFECTS, "load_dependent_friction"])
     with pytest.raises(pid.InputError, match="unknown"):
         pid.identify_drive_gains(ur5, free, carried, 4.0, method="gls")
 

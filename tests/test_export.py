@@ -16,6 +16,8 @@ import physident as pid
 from physident import urdf as reader
 from physident.base_parameters import random_motion
 from physident.cli import run
+from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
+from physident.effects.hysteresis import PreslidingHysteresis
 from physident.export.parameters import parameters_of
 from physident.export.python import python_of
 from physident.export.urdf import urdf_of
@@ -166,7 +168,7 @@ def test_what_urdf_cannot_hold_is_listed() -> None:
 
 @pytest.mark.parametrize(
     ("change", "condition"),
-    [((0, -1.0), "mass"), ((6, 50.0), "triangle"), ((4, -9.0), "negative along an axis"), ((0, 0.0), "mass")],
+    [((0, -1.0), "mass"), ((6, 50.0), "triangle"), ((4, -9.0), "is negative"), ((0, 0.0), "mass")],
 )
 def test_a_link_that_cannot_be_is_refused_by_name(change: tuple[int, float], condition: str, tmp_path: Path) -> None:
     model = physical_model(lumped(), seed=7)
@@ -201,6 +203,39 @@ def test_python_function_equals_the_model(robot: pid.Robot, tmp_path: Path) -> N
         )
         with pytest.raises(ValueError, match="shapes"):
             space["torque"](states.q[:, :1], states.v, states.a)
+
+
+def test_python_function_holds_every_effect_it_can(tmp_path: Path) -> None:
+    robot = lumped()
+    named = "rigid_body rotor_inertia payload gravity_tilt viscous_friction coulomb_friction friction_asymmetry"
+    more = "load_dependent_friction joint_spring torque_constant torque_offset"
+    shaped = StribeckFriction((2,), (0.1,)), NonlinearViscousFriction(None, (0.5, 2.0))
+    effects = pid.make_effects([*named.split(), *more.split(), *shaped])
+    count = len(pid.Model.nominal(robot, effects).theta)
+    model = pid.Model(robot, effects, np.random.default_rng(14).uniform(0.1, 1.0, size=count))
+    space: dict = {}
+    exec(python_of(model), space)
+    s = random_states(robot, seed=15, count=40)
+    np.testing.assert_allclose(space["torque"](s.q, s.v, s.a), model.torque(s), rtol=1e-9, atol=1e-9)
+
+
+def test_a_payload_effect_is_part_of_the_last_link() -> None:
+    robot = lumped()
+    model = physical_model(robot, seed=16)
+    load = link_parameters(np.diag([0.1, 0.2, 0.3, 2.0]))
+    both = pid.Model(robot, (*model.effects, pid.CATALOGUE["payload"]()), np.concatenate([model.theta, load]))
+    theta = np.array(model.theta)
+    theta[10:20] += load
+    made = urdf_of(both)
+    assert made.text == urdf_of(replace(model, theta=theta)).text
+    assert not [text for text in made.inexpressible if "payload" in text]
+
+
+def test_python_refuses_what_needs_the_past() -> None:
+    effects = pid.make_effects(["rigid_body", PreslidingHysteresis(None, (0.01, 0.01))])
+    model = pid.Model.nominal(lumped(), effects)
+    with pytest.raises(pid.InputError, match="presliding_hysteresis"):
+        python_of(model)
 
 
 def test_python_file_needs_numpy_only(tmp_path: Path) -> None:

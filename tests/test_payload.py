@@ -82,6 +82,22 @@ def test_mass_follows_the_scale_of_the_torque(estimate: pid.Estimate, loaded: pi
     assert "confounded" not in right.scale
 
 
+def test_friction_that_grows_with_load_is_not_taken_for_mass(ur5: pid.Robot) -> None:
+    """Load-dependent friction of a loaded joint is that of the loaded joint: exact states, so the load is exact."""
+    effects = pid.make_effects([*EFFECTS, "load_dependent_friction"])
+    true = pid.Model(ur5, effects, np.concatenate([arm(ur5).theta, np.full(6, 0.1)]))
+    theta = np.array(true.theta)
+    theta[50:60] += LOAD
+    time, q, v, a = pid.random_trajectory(ur5, seed=7, duration=20.0).sample(500.0)
+    torque = replace(true, theta=theta).torque(pid.Signals.of_states(q, v, a))
+    free = pid.identify(ur5, [record(arm(ur5), 1)], EFFECTS)
+    base = pid.find_base_parameters(ur5, effects)
+    known = replace(free, model=true, covariance=1e-12 * np.eye(base.r))
+    found = pid.identify_payload(known, [pid.Recording(time, q, torque, "torque", dq=v)])
+    assert abs(found.mass / LOAD[0] - 1) < 2e-3
+    np.testing.assert_allclose(found.centre, LOAD[1:4] / LOAD[0], atol=5e-4)
+
+
 def test_recordings_that_cannot_show_a_load_are_refused(
     ur5: pid.Robot, estimate: pid.Estimate, loaded: pid.Recording
 ) -> None:

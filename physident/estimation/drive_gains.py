@@ -110,6 +110,10 @@ def identify_drive_gains(
     """
     _check(unloaded, loaded, load_mass, method)
     made = make_effects(effects)
+    if bent := [effect.name for effect in made if effect.needs_model]:
+        raise InputError(
+            f"drive gains cannot be found beside {', '.join(bent)}, which depend on the torque itself; expected other effects"
+        )
     filter = filter or Filter()
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
     regressor = build_regressor(robot, made, prepare_all(robot, recordings, filter), filter)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from physident.estimation.estimate import Estimate
-from physident.export.urdf import link_parameters_of
+from physident.export.links import added_inertia
 from physident.files import write_text
 from physident.inertia import about_centre, violations
 
@@ -69,10 +69,8 @@ def _uncertain(value: float, std: float) -> dict[str, Any]:
 
 def _links(estimate: Estimate) -> list[dict[str, Any]]:
     """Each link's mass, centre of mass and inertia about it, in its joint's frame; null where its mass is not positive."""
-    if not any(effect.name == "rigid_body" for effect in estimate.model.effects):
-        return []
     links = []
-    for number, phi in enumerate(link_parameters_of(estimate.model), 1):
+    for number, phi in enumerate(added_inertia(estimate.model).links.reshape(-1, 10), 1):
         centre, inertia = about_centre(phi) if phi[0] > 0 else (None, None)
         links.append(
             {

@@ -9,17 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Effect
-from physident.effects.rigid_body import RigidBody
+from physident.effects.friction import SMOOTHING
 from physident.errors import InputError
+from physident.export.links import added_inertia, effect_parameters
 from physident.files import write_text
 from physident.model import Model
 from physident.robot import Robot
 
 Array = NDArray[np.float64]
-FORMULAS: Mapping[str, str] = {  # torque of one unit of each parameter, as the effect's own ``values`` gives it
-    "rotor_inertia": "a",
+SIGN = f"np.tanh(v / {SMOOTHING})"
+FORMULAS: Mapping[str, str] = {  # torque of one unit of each joint's parameter, as the effect's own ``values`` gives it
     "viscous_friction": "v",
-    "coulomb_friction": "np.tanh(v / {smoothing!r})",
+    "coulomb_friction": "np.tanh(v / {smoothing})",
+    "friction_asymmetry": "np.abs(v)",
+    "stribeck_friction": SIGN + " * np.exp(-((v / {velocity}) ** 2))",
+    "nonlinear_viscous_friction": "np.sign(v) * np.abs(v) ** {exponent}",
+    "load_dependent_friction": SIGN + " * np.abs(load)",
+    "joint_spring": "q",
+    "torque_constant": "motor",
     "torque_offset": "np.ones_like(v)",
 }
 
@@ -84,17 +91,16 @@ def python_of(model: Model) -> str:
 
     Raises InputError, naming it, for an effect whose torque is no function of the present q, v, a.
     """
-    _refuse_unknown(model)
     robot = model.robot
-    lines, rigid, at = [], "", 0
-    for effect in model.effects:
-        count = len(effect.columns(robot))
-        theta, at = model.theta[at : at + count], at + count
-        if isinstance(effect, RigidBody):
-            rigid = _constants(robot, theta) + "\n" + RIGID_BODY
-            lines.append("tau = tau + rigid_body(q, v, a)")
-        else:
-            lines.append(_line(effect, robot, theta))
+    inertia = added_inertia(model)
+    others = [(effect, theta) for effect, theta in effect_parameters(model) if effect.inertia(robot, theta) is None]
+    _refuse_unknown([effect for effect, _ in others])
+    lines = [f"load = rigid_body(q, v, a) + np.array({inertia.armature.tolist()!r}) * a", "motor = load.copy()"]
+    plant = [pair for pair in others if pair[0].acts_on != "measurement"]
+    lines += [f"motor += {_term(effect, robot, theta)}" for effect, theta in plant]
+    lines.append("tau = motor.copy()")
+    lines += [f"tau += {_term(effect, robot, theta)}" for effect, theta in others if effect.acts_on == "measurement"]
+    constants = _constants(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
     names = ", ".join(robot.joint_names)
     body = "\n    ".join(lines)
     return f'''"""Joint torques of {_plain(robot.name)}, identified with physident; needs numpy only.
@@ -103,50 +109,56 @@ Joints in order: {_plain(names)}.
 """
 
 import numpy as np
-{rigid}
+{constants}
+{RIGID_BODY}
 
 def torque(q, v, a):
     """Joint torques [N m|N] at positions q [rad|m], velocities v [rad/s|m/s], accelerations a; each (n,) or (N, n)."""
     q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
     if not q.shape == v.shape == a.shape or q.shape[-1:] != ({robot.n},):
         raise ValueError(f"q, v, a have shapes {{q.shape}}, {{v.shape}}, {{a.shape}}; expected ({robot.n},) or (N, {robot.n})")
-    tau = np.zeros(q.shape)
     {body}
     return tau
 '''
 
 
-def _refuse_unknown(model: Model) -> None:
-    unknown = [effect.name for effect in model.effects if effect.name not in FORMULAS and effect.name != RigidBody.name]
+def _refuse_unknown(effects: list[Effect]) -> None:
+    unknown = [effect.name for effect in effects if effect.name not in FORMULAS]
     if unknown:
         raise InputError(
-            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected a model of rigid_body, {', '.join(FORMULAS)}: identify one with --effects"
+            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected effects of mass and {', '.join(FORMULAS)}: identify a model of these with --effects"
         )
 
 
-def _line(effect: Effect, robot: Robot, theta: Array) -> str:
+def _term(effect: Effect, robot: Robot, theta: Array) -> str:
+    """One effect as an expression: a parameter for each joint times its formula, zero where it does not act."""
+    active = effect.active(robot)
+    shapes = {shape.field: np.ones(robot.n) for shape in effect.shapes}
+    for name, values in shapes.items():
+        values[active] = effect.shape(robot, name)
+    settings = {key: value for key, value in effect.as_dict().items() if isinstance(value, float)}
+    settings |= {name: f"np.array({values.tolist()!r})" for name, values in shapes.items()}
     gains = np.zeros(robot.n)
-    gains[effect.active(robot)] = theta
-    settings = {key: value for key, value in effect.as_dict().items() if key not in ("effect", "joints")}
+    gains[active] = theta
     formula = FORMULAS[effect.name].format(**settings)
-    return f"tau = tau + np.array({gains.tolist()!r}) * {formula}  # {effect.name} [{effect.unit}]"
+    return f"np.array({gains.tolist()!r}) * {formula}  # {effect.name} [{effect.unit}]"
 
 
-def _constants(robot: Robot, theta: Array) -> str:
+def _constants(robot: Robot, links: Array, gravity: Array) -> str:
     rows = [
         f"    ({j.kind!r}, {j.parent}, np.array({j.axis.tolist()!r}), np.array({j.rotation.tolist()!r}), np.array({j.translation.tolist()!r})),"
         for j in robot.joints
     ]
-    links = "\n".join(f"    {row!r}," for row in theta.reshape(robot.n, 10).tolist())
+    table = "\n".join(f"    {row!r}," for row in links.reshape(robot.n, 10).tolist())
     return "\n".join(
         [
             "",
-            f"GRAVITY = np.array({list(map(float, robot.gravity))!r})  # m/s^2, in the base frame",
+            f"GRAVITY = np.array({gravity.tolist()!r})  # m/s^2, in the base frame",
             "JOINTS = (  # kind, joint before it (-1: base), axis, rotation and translation [m] of its frame in that one's",
             *rows,
             ")",
             "LINKS = np.array([  # m [kg], m c [kg m], Ixx Ixy Iyy Ixz Iyz Izz [kg m^2] about the joint frame's origin",
-            links,
+            table,
             "])",
             "INERTIAS = LINKS[:, [4, 5, 7, 5, 6, 8, 7, 8, 9]].reshape(-1, 3, 3)",
             "",

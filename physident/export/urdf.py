@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.export.links import added_inertia, effect_parameters
 from physident.export.urdf_edit import Element, edit_urdf, parse_elements
 from physident.files import write_text
 from physident.inertia import about_centre, violations
@@ -17,6 +18,7 @@ from physident.robot import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # what URDF's <dynamics> means, by effect
+SHOWN = 12  # values of an effect that has no place
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def urdf_of(model: Model) -> UrdfExport:
     robot = model.robot
     root = parse_elements(robot.urdf)
     child, lumps = _lumps(root)
-    parameters = link_parameters_of(model)
+    parameters = added_inertia(model).links.reshape(robot.n, 10)
     links = tuple(child[name] for name in robot.joint_names)
     _refuse_unphysical(parameters, links, robot.joint_names)
     inertials: dict[str, str | None] = {}
@@ -71,14 +73,6 @@ def urdf_of(model: Model) -> UrdfExport:
     dynamics, negative = _dynamics(model)
     text = edit_urdf(robot.urdf, inertials, dynamics)
     return UrdfExport(text, links, tuple(merged), (*_inexpressible(model), *negative))
-
-
-def link_parameters_of(model: Model) -> Array:
-    """Ten parameters (n, 10) [kg, kg m, kg m^2] of each link as the model's effects add them up.
-
-    Raises InputError for a model without rigid bodies.
-    """
-    return model.parameters("rigid_body").reshape(model.robot.n, 10)
 
 
 def _lumps(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
@@ -153,9 +147,11 @@ def _dynamics(model: Model) -> tuple[dict[str, dict[str, str]], list[str]]:
 
 def _inexpressible(model: Model) -> list[str]:
     texts = []
-    for effect in model.effects:
-        if effect.name != "rigid_body" and effect.name not in DYNAMICS:
-            values = ", ".join(f"{value:.4g}" for value in model.parameters(effect.name))
+    for effect, theta in effect_parameters(model):
+        added = effect.inertia(model.robot, theta)
+        only_links = added is not None and not added.armature.any() and not any(added.gravity)
+        if effect.name not in DYNAMICS and (added is None or not only_links):
+            values = ", ".join(f"{value:.4g}" for value in theta[:SHOWN]) + (", ..." if len(theta) > SHOWN else "")
             texts.append(f"{effect.name} [{effect.unit}] {values}")
     if tuple(model.robot.gravity) != STANDARD_GRAVITY:
         texts.append(f"gravity {list(model.robot.gravity)} m/s^2 in the base frame: set it in the simulator")
