@@ -33,6 +33,8 @@ _PUBLIC = {
     "export_urdf": "export.urdf",
     "export_python": "export.python",
     "export_parameters": "export.parameters",
+    "Identifiability": "identifiability",
+    "measure_identifiability": "identifiability",
     "Inspection": "inspection",
     "inspect_recording": "inspection",
     "Model": "model",
@@ -71,6 +73,7 @@ if TYPE_CHECKING:
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
+    from physident.identifiability import Identifiability, measure_identifiability
     from physident.inspection import Inspection, inspect_recording
     from physident.model import Model
     from physident.payload import Payload, identify_payload

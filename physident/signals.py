@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,13 +48,11 @@ class Filter:
         It lasts five periods of the cutoff, which makes the transition two thirds of the cutoff wide. L - 1 is an even
         multiple of the decimation, so that the delay is whole rows.
         """
-        from scipy.signal import firwin
-
         if self.cutoff >= 0.4 * rate:
             raise InputError(
                 f"cutoff {self.cutoff:g} Hz is too high for data at {rate:g} Hz; expected below {0.4 * rate:.3g} Hz"
             )
-        return np.asarray(firwin(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, fs=rate))
+        return _low_pass(2 * self.delay(rate) * self.decimation(rate) + 1, self.cutoff, rate)
 
     def delay(self, rate: float) -> int:
         """Half the filter's length, in kept rows."""
@@ -80,6 +79,15 @@ class Filter:
         """Number of rows that ``apply`` returns for a number of contiguous samples."""
         length = 2 * self.delay(rate) * self.decimation(rate) + 1
         return max(0, (samples - length) // self.decimation(rate) + 1)
+
+
+@lru_cache(maxsize=64)
+def _low_pass(length: int, cutoff: float, rate: float) -> Array:
+    from scipy.signal import firwin
+
+    taps = np.asarray(firwin(length, cutoff, fs=rate))
+    taps.setflags(write=False)
+    return taps
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ import inspect
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,7 +31,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
         "model",
     ),
     ("regressor",),
-    ("base_parameters", "estimation", "visibility"),
+    ("base_parameters", "projection", "visibility", "identifiability", "estimation"),
     ("validation", "inspection", "excitation", "simulation", "payload", "diagnosis"),
     ("view", "export", "fleet", "demo"),
     ("cli",),
@@ -114,15 +115,26 @@ def test_readme_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_readme_tables_are_in_step() -> None:
     """The numbers in README are those of the studies' kept results."""
+    module = _script("readme_tables")
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert module.filled(text) == text, "run docs/readme_tables.py"
+
+
+def test_effects_page_is_in_step() -> None:
+    module = _script("effects_page")
+    assert module.PAGE.read_text(encoding="utf-8") == module.page(), "run docs/effects_page.py"
+
+
+def _script(name: str) -> Any:
+    """A script of docs/ as a module."""
     import importlib.util
 
-    spec = importlib.util.spec_from_file_location("readme_tables", ROOT / "docs" / "readme_tables.py")
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert module.filled(text) == text, "run docs/readme_tables.py"
+    return module
 
 
 def test_text_speaks_of_the_project_alone() -> None:

@@ -25,7 +25,7 @@ from physident.errors import InputError
 def inspect(
     recordings: Recordings,
     robot: RobotOption = None,
-    effects: Annotated[str | None, typer.Option("--effects", help="Show what of these effects cannot be seen.")] = None,
+    effects: Annotated[str | None, typer.Option("--effects", help="Show what of these effects cannot be seen; all: the catalogue.")] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
@@ -56,6 +56,11 @@ def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) ->
     from physident.signals import Filter
     from physident.visibility import measure_visibility
 
+    if effects.strip() == "all":
+        from physident.identifiability import measure_identifiability
+
+        arm, filter = load_robot(robot), Filter() if cutoff is None else Filter(cutoff)
+        return repr(measure_identifiability(arm, prepare_all(arm, recordings, filter), filter))
     arm, made = load_robot(robot), make_effects([name.strip() for name in effects.split(",") if name.strip()])
     filter = Filter() if cutoff is None else Filter(cutoff)
     return repr(measure_visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))
