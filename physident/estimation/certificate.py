@@ -71,21 +71,21 @@ def check_optimality(
 ) -> Optimality:
     """Residuals of min f(u) subject to A u + b >= 0, M_i u + B_i positive semidefinite, E u = t.
 
-    ``gradient`` (p,) of f at ``u`` and its ``sizes`` (p,), what each component could at most be; ``objective`` f(u);
+    Coordinates are of order one, so that violations are relative to at least that. ``gradient`` (p,) of f at ``u`` and its ``sizes`` (p,), what each component could at most be; ``objective``, the size of f(u)'s terms;
     ``rows`` (A, b), ``matrices`` [(M_i, B_i)], ``equal`` (E, t).
     """
     y = multipliers.projected()
     (A, b), (E, t) = rows, equal
     slack = A @ u + b
-    primal = [-slack / np.maximum(np.abs(A) @ np.abs(u) + np.abs(b), 1e-300)]
-    primal.append(np.abs(E @ u - t) / np.maximum(np.abs(E) @ np.abs(u) + np.abs(t), 1e-300))
+    primal = [-slack / np.maximum(np.abs(A) @ np.abs(u) + np.abs(b), 1.0)]
+    primal.append(np.abs(E @ u - t) / np.maximum(np.abs(E) @ np.abs(u) + np.abs(t), 1.0))
     left = gradient - A.T @ y.rows + E.T @ y.equal
     size = sizes + np.abs(A).T @ y.rows + np.abs(E).T @ np.abs(y.equal)
     gap = float(y.rows @ slack)
     for (M, B), Y in zip(matrices, y.matrices, strict=True):
         S = M @ u + B
         values = np.linalg.eigvalsh(S)
-        primal.append(-values[:1] / max(np.abs(values).max(), 1e-300))
+        primal.append(-values[:1] / max(np.abs(values).max(), 1.0))
         left = left - np.einsum("ijp,ij->p", M, Y)
         size = size + np.einsum("ijp,ij->p", np.abs(M), np.abs(Y))
         gap += float(np.sum(S * Y))

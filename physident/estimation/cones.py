@@ -14,7 +14,8 @@ from physident.estimation.knowledge import Bound, Box, Ellipsoid, bound_rows, sh
 from physident.robot import Robot
 
 Array = NDArray[np.float64]
-SPEEDS = 24  # points of the speed grid in each direction, evenly spaced in the logarithm
+SPEEDS = 24  # points of the speed grid in each direction, evenly spaced from a tenth of the limit on
+SLOW_SPEEDS = 8  # and below that, evenly spaced in the logarithm
 SLOWEST = 1e-3  # rad/s, a tenth of the smooth sign's width
 FREE_SPEED = math.pi  # rad/s: for joints that state no limit
 
@@ -113,7 +114,9 @@ def friction(robot: Robot, effects: Sequence[Effect]) -> list[tuple[int, Array]]
     result = []
     for j in range(robot.n):
         limit = robot.velocity_limit[j] if math.isfinite(robot.velocity_limit[j]) else FREE_SPEED
-        speeds = np.geomspace(SLOWEST, max(limit, 10 * SLOWEST), SPEEDS)
+        limit = max(limit, 100 * SLOWEST)
+        slow = np.geomspace(SLOWEST, limit / 10, SLOW_SPEEDS, endpoint=False)
+        speeds = np.concatenate([slow, np.linspace(limit / 10, limit, SPEEDS)])
         v = np.concatenate([-speeds[::-1], speeds])
         blocks = []
         for effect in effects:

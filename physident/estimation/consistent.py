@@ -16,12 +16,12 @@ from physident.estimation.cones import Cones, physical_cones
 from physident.estimation.coordinates import Coordinates
 from physident.estimation.decision import Decision, decide
 from physident.estimation.estimators import HUBER, Physical
-from physident.estimation.least_squares import least_squares
+from physident.estimation.least_squares import solve_step
 from physident.estimation.physical import Answer, Program
 from physident.estimation.prior import nominal_values
 from physident.estimation.robust import huber_weights, middle_sigma
 from physident.estimation.uncertainty import Jackknife, block_labels, correlation_rows, jackknife
-from physident.estimation.weighting import Compressed, compress, joint_sigma, weight_rows
+from physident.estimation.weighting import Compressed, compress, expand, joint_sigma, weight_rows
 from physident.regressor import Regressor
 from physident.robot import Robot
 
@@ -30,6 +30,7 @@ MAX_ITERATIONS = 60
 SETTLED = 1e-3  # relative change of the noise between iterations: a hundredth of what its own estimate is worth
 WEIGHTS = tuple(float(w) for w in 10.0 ** np.arange(-2, 5))  # tried by "auto"
 FOLDS = 8
+LEAST_NOISE = 0.01  # of a joint's torque, at the start
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ def solve_physical(
     cones = physical_cones(robot, effects, how.total_mass, how.shapes, how.bounds)
     coordinates = Coordinates.around(nominal, base.columns)
     program = Program(base.grouping, coordinates, cones, how.prior)
-    sigma = least_squares(regressor, base, nominal, "diagonal").sigma
+    sigma = _first_sigma(regressor, base, nominal)
     weight = 1.0 if how.prior.weight == "auto" else float(how.prior.weight)
     fit = _settle(program, regressor, base, sigma, weight, how)
     if how.prior.weight == "auto":
@@ -94,6 +95,13 @@ def solve_physical(
         theta, covariance, fit.sigma, len(regressor.torque) / fit.memory, left_out.blocks,
         weight, decision, certificate, _held(cones, fit.answer),
     )  # fmt: skip
+
+
+def _first_sigma(regressor: Regressor, base: BaseParameters, nominal: Array) -> Array:
+    """Where the noise's iteration starts: plain least squares, which fits short data too well to be believed alone."""
+    x = solve_step(regressor, base, None, base.values(nominal)).x
+    residual = regressor.torque - regressor.predict(expand(base, x))
+    return np.maximum(joint_sigma(regressor, residual, 0.0), LEAST_NOISE * np.sqrt((regressor.torque**2).mean(axis=0)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ for _k, (_i, _j) in enumerate(PAIRS):
     UNITS[_k, _i, _j] = UNITS[_k, _j, _i] = 1.0
 SQUARES = np.array([1.0 if i == j else 2.0 for i, j in PAIRS])  # |X|^2 = SQUARES . u^2
 TRACES = np.array([1.0 if i == j else 0.0 for i, j in PAIRS])
-MARGIN_ROWS = 1e-8  # how far inside a cone an answer is asked to be, relative to its row
+MARGIN_ROWS = 1e-6  # how far inside a cone an answer is asked to be: beyond what a solver may violate it by
 MARGIN_LINKS = 1e-6  # smallest eigenvalue of X: a link is never exactly a point, a line or a plane
 
 

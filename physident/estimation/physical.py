@@ -24,7 +24,7 @@ from physident.estimation.prior import TIE_BREAK, TIE_BREAK_OTHERS, Entropic, No
 from physident.estimation.weighting import Compressed
 
 Array = NDArray[np.float64]
-TIGHT, LOOSE = 1e-9, 1e-8  # tolerances asked of the solver: near a cone's tip rounding may forbid the first
+TOLERANCES = (1e-9, 1e-8, 1e-7)  # asked of the solver in turn: near the tip of a cone rounding may forbid the first
 GIVES = 1e-6  # by how much a contradicted bound must give, relative to its row
 PROVED = Optimality(primal=1e-7, dual=1e-3, gap=1e-6)  # a gap of 1e-8 leaves a gradient of its square root
 LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
@@ -98,16 +98,18 @@ class Program:
     def solve(self, data: Compressed, strength: float) -> Answer:
         """The optimum with its certificate; raises NotSolvedError where there is none, or none that can be proved."""
         scale = 1 / np.sqrt(data.rows)
-        self.R.value, self.z.value = data.R * scale, data.z * scale
         strength = TIE_BREAK if isinstance(self.prior, NoPrior) else strength
+        self.R.value, self.z.value = data.R * scale, data.z * scale
         self.strength.value = strength
-        status = self._run(TIGHT)
-        if status != cp.OPTIMAL:
-            status = self._run(LOOSE)
+        status = ""
+        for tolerance in TOLERANCES:
+            if status != cp.OPTIMAL:
+                status = self._run(tolerance)
         if status != cp.OPTIMAL or self.u.value is None:
             raise NotSolvedError(self._advice(status))
         duals = Multipliers(
-            _duals(self.row_constraint), tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
+            _duals(self.row_constraint),
+            tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
             _duals(self.equal_constraint),
         )  # fmt: skip
         u = np.asarray(self.u.value)
@@ -152,23 +154,25 @@ class Program:
                 gradient[own] += strength * SQUARES * away[own]
                 sizes[own] += strength * SQUARES * (np.abs(u[own]) + TRACES)
                 objective += 0.5 * strength * float(SQUARES @ away[own] ** 2)
+        # half is what the data term comes to when the noise has been sized
         others = np.ones(len(u), dtype=bool)
         for _, own in self.coordinates.links:
             others[own] = False
         gradient[others] += TIE_BREAK_OTHERS * away[others]
         sizes[others] += TIE_BREAK_OTHERS * (np.abs(u) + np.abs(self.coordinates.nominal))[others]
-        return check_optimality(gradient, objective, sizes, self.rows, self.stated, self.equal, u, duals)
+        return check_optimality(
+            gradient, max(objective, strength, 0.5), sizes, self.rows, self.stated, self.equal, u, duals
+        )
 
     def _advice(self, status: str) -> str:
-        if "infeasible" in status:
-            names = self._contradiction()
+        if "unbounded" not in status and (names := self._contradiction()):
             return f"no arm satisfies all that is asked: {'; '.join(names)}; loosen or drop one of these bounds"
         if "unbounded" in status:
             return "the fit has no minimum (unbounded): the recordings hold values beyond all measure; inspect them"
         return f"the solver ended as {status}, not optimal; try another prior weight, or inspect the recordings"
 
     def _contradiction(self) -> list[str]:
-        """What has to give, at the least, for the cones to meet: an elastic program."""
+        """What has to give, at the least, for the cones to meet, by an elastic program; nothing where they do meet."""
         (A, offset), (E, target) = self.rows, self.equal
         u = cp.Variable(len(self.coordinates.nominal))
         gives, constraints, labels = [], [], []
@@ -186,7 +190,7 @@ class Program:
         cp.Problem(cp.Minimize(cp.sum(cp.hstack(gives))), constraints).solve(solver=cp.CLARABEL)
         sizes = np.concatenate([np.ravel(np.asarray(give.value)) for give in gives])
         names = [label for label, size in zip(labels, sizes, strict=True) if size > GIVES]
-        return list(dict.fromkeys(names)) or ["the cones have no common interior"]
+        return list(dict.fromkeys(names))
 
 
 def _duals(constraints: list[Any]) -> Array:
