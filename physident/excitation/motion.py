@@ -76,18 +76,21 @@ class Motion(ABC):
         acceleration_limit = robot.acceleration_limit or (math.inf,) * robot.n
         broken = []
         for j in range(robot.n):
+            unit = "m" if robot.joints[j].kind == "prismatic" else "rad"
             slack = LIMIT_TOLERANCE * max(1.0, extent.upper[j] - extent.lower[j])
             low, high = extent.lower[j], extent.upper[j]
             if low < robot.lower[j] - slack or high > robot.upper[j] + slack:
                 broken.append(
-                    f"joint {j + 1} goes from {low:.4g} to {high:.4g} rad, allowed is {robot.lower[j]:.4g} to {robot.upper[j]:.4g} rad"
+                    f"joint {j + 1} goes from {low:.4g} to {high:.4g} {unit}, allowed is {robot.lower[j]:.4g} to {robot.upper[j]:.4g} {unit}"
                 )
-            for name, unit, reached, limit in (
-                ("speed", "rad/s", extent.speed[j], robot.velocity_limit[j]),
-                ("acceleration", "rad/s^2", extent.acceleration[j], acceleration_limit[j]),
+            for name, per, reached, limit in (
+                ("speed", "s", extent.speed[j], robot.velocity_limit[j]),
+                ("acceleration", "s^2", extent.acceleration[j], acceleration_limit[j]),
             ):
                 if reached > limit * (1 + LIMIT_TOLERANCE):
-                    broken.append(f"joint {j + 1} reaches a {name} of {reached:.4g} {unit}, allowed is {limit:.4g}")
+                    broken.append(
+                        f"joint {j + 1} reaches a {name} of {reached:.4g} {unit}/{per}, allowed is {limit:.4g}"
+                    )
         return broken
 
     def save(self, path: str | Path) -> None:

@@ -18,7 +18,7 @@ from physident.simulation.radau import NODES, ExtraTorque, State, Stepper
 
 Array = NDArray[np.float64]
 STEP = 0.004  # s
-LONGEST_STEP = 0.02  # s: half a period of the fastest control loop an arm's drive closes
+LONGEST_STEP = 0.02  # s: five steps in a period of 10 Hz, as fast as an arm's motion gets
 HALVINGS = 8
 SMOOTHED = 4  # halvings spent on a step that converges but is rough
 SINGULAR = 1e-10  # of the inertia matrix' largest eigenvalue
@@ -39,9 +39,9 @@ def integrate(
 
     It starts in the motion's first state. ``controller``: by default ``PD.of_bandwidth``. ``extra_torque(time, q, v)``
     (n,) [N m|N] pushes the joints from outside. ``temperature(time)`` (N, n) [degC] for effects that feel it. A step
-    that does not converge is halved, up to eight times, one that is rough up to four times. Raises InputError for a motion beyond the robot's limits, a
-    step too large, gains that make the arm run away, torques beyond the drives; NotSolvedError where a step does not
-    converge.
+    that does not converge is halved, up to eight times, one that is rough up to four times. Raises InputError for a
+    motion beyond the robot's limits, a step too large, gains that make the arm run away, torques beyond the drives;
+    NotSolvedError where a step does not converge.
     """
     check_step(step)
     plant = Plant(model, temperature)

@@ -1,9 +1,9 @@
 """One implicit step of the plant: Radau IIA collocation, solved for the accelerations by Newton's method.
 
 Three stages, order five, L-stable and algebraically stable: dry friction and stiff controllers are damped, not
-resolved, and friction that is monotone in velocity cannot feed energy into the motion at any step. The stages satisfy the equation of
-motion itself, not a solved form of it, so that an effect may depend on the acceleration or on the load. Source: Hairer
-and Wanner, "Solving Ordinary Differential Equations II" (1996), table IV.5.6 and theorem IV.12.9.
+resolved, and friction that is monotone in velocity takes energy out of the motion at any step. The stages satisfy the
+equation of motion itself, not a solved form of it, so that an effect may depend on the acceleration or on the load.
+Source: Hairer and Wanner, "Solving Ordinary Differential Equations II" (1996), table IV.5.6 and theorem IV.12.9.
 """
 
 from __future__ import annotations
