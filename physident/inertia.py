@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 PARAMETER_NAMES = ("m", "mcx", "mcy", "mcz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 PARAMETER_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m^2",) * 6
+TINY = 1e-9  # of the largest of ten parameters: beside it a mass is nothing
 Array = NDArray[np.float64]
 
 
@@ -37,20 +38,17 @@ def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
         return []
     if phi[0] <= 0:
         return [f"mass {phi[0]:.4g} kg is not positive"]
+    if phi[0] <= TINY * np.abs(phi).max():
+        return [f"mass {phi[0]:.4g} kg is too small for its moments"]
     _, inertia = about_centre(phi)
     principal = np.linalg.eigvalsh(inertia)
     values = ", ".join(f"{x:.4g}" for x in principal)
     if principal[0] < 0:
-        about = ": given about the wrong point? it fits the centre of mass" if _fits(_principal(phi)) else ""
-        return [f"inertia about its centre of mass is negative (principal values {values} kg m^2){about}"]
+        cause = "given about the wrong point, as the link frame's origin?"
+        return [f"inertia about its centre of mass is negative (principal values {values} kg m^2): {cause}"]
     slipped = _fits(np.sort([*principal[:2], principal[2] / 10]))
     cause = ": one principal inertia is about ten times the others: a slipped decimal?" if slipped else ""
     return [f"triangle inequality: the largest of the principal inertias {values} kg m^2 exceeds the sum{cause}"]
-
-
-def _principal(phi: Array) -> Array:
-    """Principal values (3,) [kg m^2], rising, of the inertia as stated about the link frame's origin."""
-    return np.linalg.eigvalsh(inertia_tensor(phi))
 
 
 def _fits(principal: Array) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident import dh, inertia, urdf
+from physident import dh, dh_table, inertia, urdf
 from physident.errors import InputError, PhysidentWarning
 from physident.files import read_text
 
@@ -52,9 +52,13 @@ class Drive:
     motor_friction: tuple[float, float]
 
     def __post_init__(self) -> None:
-        for name, size in dh.DRIVE.items():
+        for name, size in dh_table.DRIVE.items():
             values = np.asarray(getattr(self, name))
-            if values.dtype.kind not in "if" or values.size != max(size, 1) or not (np.abs(values) <= dh.ABSURD).all():
+            if (
+                values.dtype.kind not in "if"
+                or values.size != max(size, 1)
+                or not (np.abs(values) <= dh_table.ABSURD).all()
+            ):
                 raise InputError(f"drive: {name} is {getattr(self, name)!r}, expected {max(size, 1)} finite numbers")
 
 
@@ -175,7 +179,7 @@ def load_robot(source: str | Path, gravity: Sequence[float] | None = None) -> Ro
     text, label = _read(source)
     is_table = label.endswith(".toml")
     if is_table:
-        table = dh.parse_table(text, label)
+        table = dh_table.parse_table(text, label)
         robot = _from_table(table, label, gravity)
     else:
         robot = Robot(

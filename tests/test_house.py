@@ -20,6 +20,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     (
         "inertia",
         "dh",
+        "dh_table",
         "urdf",
         "columns",
         "recording",

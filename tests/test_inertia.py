@@ -17,7 +17,7 @@ clouds = st.integers(0, 10_000).map(np.random.default_rng)
 def of_points(mass: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Link parameters (10,) of point masses (K,) [kg] at places (K, 3) [m], straight from the definitions."""
     first = mass @ place
-    tensor = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(mass, place, strict=True))
+    tensor = np.sum([m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(mass, place, strict=True)], axis=0)
     return np.array([mass.sum(), *first, *tensor[np.tril_indices(3)]])  # Ixx, Ixy, Iyy, Ixz, Iyz, Izz
 
 
@@ -68,8 +68,7 @@ def test_a_body_stays_as_it_is() -> None:
     [
         ([1, 0, 0, 0, 0.0012, 0, 0.0012, 0, 0, 0.009], "triangle inequality", "a slipped decimal?"),
         ([1, 0, 0, 0, 0.001, 0, 0.001, 0, 0, 0.1], "triangle inequality", ""),
-        ([2, 1, 0, 0, 0.01, 0, 0.02, 0, 0, 0.02], "negative", "given about the wrong point?"),
-        ([2, 1, 0, 0, 0.01, 0, 0.01, 0, 0, 0.09], "negative", ""),
+        ([2, 1, 0, 0, 0.01, 0, 0.02, 0, 0, 0.02], "negative", "given about the wrong point"),
         ([-1, 0, 0, 0, 1, 0, 1, 0, 0, 1], "mass -1 kg", ""),
     ],
 )
