@@ -137,7 +137,7 @@ class _Plant:
         """|tau_load| (6,); takes its friction off ``total``.
 
         A stiff gear carries load = torque left after its own friction: load + mu sgn v |load| = total, solved by cases.
-        An elastic one carries what its spring does.
+        Behind an elastic one the link feels no friction: load = total.
         """
         mu = self.friction.load_dependent * sign
         load = total[:6] / np.where(total[:6] > 0, 1 + mu, 1 - mu)

@@ -29,9 +29,8 @@ def torque_along(arm: Arm, time: Array, q: Array, v: Array, a: Array) -> Array:
     link = _link_motion(arm, time, theta, v, a) if len(soft) else (theta, v, a)
     load, spring = _link_torque(arm, time, link)
     motor = load + spring
-    # a stiff gear's rotor is part of the load; behind an elastic gear everything on the link is
+    # a stiff gear's rotor is in the load, an elastic gear's is on the other side of its spring
     motor[:, soft] += arm.drives.rotor_inertia[soft] * a[:, soft]
-    load[:, soft] += spring[:, soft]
     friction, warm = arm.friction, arm.friction.warm(time, arm.temperature(time))
     dry = friction.dry(v, warm) + friction.load_dependent * np.abs(load)
     motor += np.tanh(v / SMOOTHING) * dry + friction.wet(v, warm) + arm.drives.ripple(theta)
