@@ -194,7 +194,7 @@ def _select(regressor: Regressor, rows: NDArray[np.intp]) -> Regressor:
     joints = tuple(replace(joint, values=joint.values[rows]) for joint in regressor.joints)
     return replace(
         regressor, joints=joints, torque=regressor.torque[rows], time=regressor.time[rows],
-        recording=regressor.recording[rows], segment=regressor.segment[rows],
+        recording=regressor.recording[rows], segment=regressor.segment[rows], counted=regressor.counted[rows],
     )  # fmt: skip
 
 

@@ -51,4 +51,5 @@ def huber_weights(u: Array, threshold: float) -> Array:
 
 def middle_sigma(regressor: Regressor, residual: Array) -> Array:
     """Standard deviation (n,) [N m|N] of the middle half of each joint's residuals, deaf to outliers."""
-    return np.maximum(MIDDLE_HALF * np.median(np.abs(residual), axis=0), noise_floor(regressor))
+    size = np.nanmedian(np.where(regressor.counted, np.abs(residual), np.nan), axis=0)
+    return np.maximum(MIDDLE_HALF * size, noise_floor(regressor))

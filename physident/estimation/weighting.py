@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Compressed:
-    """R (r, r), z (r,), rest with |rows|^2 = |R b - z|^2 + rest for base parameters b; ``rows`` is their number M n."""
+    """R (r, r), z (r,), rest with |rows|^2 = |R b - z|^2 + rest for base parameters b; ``rows`` is their number."""
 
     R: Array
     z: Array
@@ -52,7 +52,7 @@ def compress(regressor: Regressor, base: BaseParameters, weights: Array | None =
     factor = np.zeros((r + 1, r + 1))
     found = np.linalg.qr(np.column_stack([R[:, base.independent], z]), mode="r")
     factor[: len(found)] = found[: r + 1]
-    return Compressed(factor[:r, :r], factor[:r, r], rest + float(factor[r, r] ** 2), regressor.torque.size)
+    return Compressed(factor[:r, :r], factor[:r, r], rest + float(factor[r, r] ** 2), int(regressor.counted.sum()))
 
 
 def base_rows(regressor: Regressor, base: BaseParameters) -> Array:
@@ -69,7 +69,7 @@ def expand(base: BaseParameters, values: Array) -> Array:
 
 def joint_sigma(regressor: Regressor, residual: Array, parameters: float) -> Array:
     """Residual standard deviation (n,) [N m|N]; the ``parameters`` fitted are charged to the joints in equal parts."""
-    freedom = max(1.0, len(residual) - parameters / residual.shape[1])
+    freedom = np.maximum(1.0, regressor.counted.sum(axis=0) - parameters / residual.shape[1])
     return np.maximum(np.sqrt((residual**2).sum(axis=0) / freedom), noise_floor(regressor))
 
 
