@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.load import every_column, load_regressor, solid_load
-from physident.estimation.uncertainty import block_labels, correlation_rows, t_quantile
+from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import compress
 from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre, pseudo_inertia
 from physident.model import Model
@@ -249,15 +250,16 @@ def _seen_by_joint(load: Regressor, parameters: Array, sigma: Array) -> Array:
     """Mass (n,) [kg] and standard error by each joint alone, the load's shape held: joints differ where gains do."""
     predicted = load.predict(parameters)
     residual = load.torque - predicted
-    length = int(np.ceil(10 * correlation_rows(load, residual).max()))
-    labels = block_labels(load.segment, length)
+    length = math.ceil(BLOCK_PERIODS * correlation_rows(load, residual).max())
+    labels = block_labels(load.segment, max(1, min(length, len(residual) // FEWEST_BLOCKS)))
+    few = math.sqrt((labels[-1] + 1) / labels[-1])
     seen = np.full((predicted.shape[1], 2), np.nan)
     for j, (p, r) in enumerate(zip(predicted.T, load.torque.T, strict=True)):
         if np.sqrt((p**2).mean()) < FAINT * sigma[j]:
             continue
         ratio = float(p @ r) / float(p @ p)
         scores = np.bincount(labels, weights=p * (r - ratio * p))
-        seen[j] = parameters[0] * ratio, parameters[0] * np.linalg.norm(scores) / float(p @ p)
+        seen[j] = parameters[0] * ratio, few * parameters[0] * np.linalg.norm(scores) / float(p @ p)
     return seen
 
 

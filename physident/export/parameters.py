@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from physident.estimation.estimate import Estimate
+from physident.estimation.uncertainty import t_quantile
 from physident.export.links import added_inertia
 from physident.files import write_text
 from physident.inertia import about_centre, violations
 
 SCHEMA = "physident.parameters/1"
-NORMAL_95 = 1.959963984540054  # standard errors either side of a 95 % interval
 
 
 def export_parameters(estimate: Estimate, path: str | Path) -> None:
@@ -26,7 +26,8 @@ def parameters_of(estimate: Estimate) -> dict[str, Any]:
     """Parameters, base parameters, links and what the torque was measured with, as JSON can hold them.
 
     ``interval`` [low, high] covers 95 %; null where torques show a parameter only in a sum: that sum is among
-    ``base_parameters``, with its own interval.
+    ``base_parameters``, with its own interval. A physical estimate adds to each the ``share_from_data`` that recordings,
+    not the prior, decided: its interval is worth that much.
     """
     model = estimate.model
     return {
@@ -45,8 +46,9 @@ def parameters_of(estimate: Estimate) -> dict[str, Any]:
 
 
 def _parameters(estimate: Estimate) -> list[dict[str, Any]]:
+    half = t_quantile(estimate.blocks)
     return [
-        {"name": c.name, "effect": c.effect, "joint": c.joint, "unit": c.unit, **_uncertain(value, std)}
+        {"name": c.name, "effect": c.effect, "joint": c.joint, "unit": c.unit, **_uncertain(value, std, half)}
         for c, value, std in zip(estimate.model.columns, estimate.theta, estimate.standard_errors, strict=True)
     ]
 
@@ -55,15 +57,20 @@ def _base_parameters(estimate: Estimate) -> list[dict[str, Any]]:
     base = estimate.base
     units = [base.columns[i].unit for i in base.independent]
     errors = np.sqrt(np.diag(estimate.covariance))
-    return [
-        {"expression": text, "unit": unit, **_uncertain(value, std)}
+    half = t_quantile(estimate.blocks)
+    rows = [
+        {"expression": text, "unit": unit, **_uncertain(value, std, half)}
         for text, unit, value, std in zip(base.expressions(), units, base.values(estimate.theta), errors, strict=True)
     ]
+    for row, share in zip(rows, estimate.base_shares, strict=False):
+        row["share_from_data"] = float(share)
+    return rows
 
 
-def _uncertain(value: float, std: float) -> dict[str, Any]:
+def _uncertain(value: float, std: float, half: float) -> dict[str, Any]:
+    """Value, standard error and the interval of ``half`` standard errors either side."""
     known = bool(np.isfinite(std))
-    interval = [float(value - NORMAL_95 * std), float(value + NORMAL_95 * std)] if known else None
+    interval = [float(value - half * std), float(value + half * std)] if known else None
     return {"value": float(value), "std": float(std) if known else None, "interval": interval}
 
 

@@ -101,19 +101,24 @@ def _has_inertial(root: Element, name: str) -> bool:
 
 def _refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
     broken = [
-        f"link {i} ({link}, moved by {joint}): {'; '.join(conditions)}"
+        f"link {i} ({link}, moved by {joint}): {_broken(phi)}"
         for i, (phi, link, joint) in enumerate(zip(parameters, links, joints, strict=True), 1)
-        if phi.any() and (conditions := violations(phi) or _weightless(phi))
+        if phi.any() and (violations(phi) or phi[0] <= 0)
     ]
     if broken:
         raise InputError(
-            f"not a robot a simulator can run: {'. '.join(broken)}. Torques fix only sums of such parameters; identify with method physical, which keeps every link physical"
+            f"links that no rigid body can be: {'; '.join(broken)}. Torques fix only sums of such parameters: identify with --method physical"
         )
 
 
-def _weightless(phi: Array) -> list[str]:
-    """A body without mass has no inertia to write: within rounding of zero it is not caught by its eigenvalues."""
-    return [] if phi[0] > 0 else [f"mass {phi[0]:.4g} kg is not positive, but its other parameters are not zero"]
+def _broken(phi: Array) -> str:
+    """The condition that a link breaks, in few words: several links share one line."""
+    if phi[0] <= 0:
+        return f"mass {phi[0]:.3g} kg is not positive"
+    small, middle, large = np.linalg.eigvalsh(about_centre(phi)[1])
+    if small < 0:
+        return f"principal inertia {small:.3g} kg m^2 is negative"
+    return f"principal inertia {large:.3g} exceeds the triangle sum {small + middle:.3g} kg m^2"
 
 
 def _inertial(phi: Array) -> str:

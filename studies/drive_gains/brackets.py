@@ -23,15 +23,16 @@ Array = NDArray[np.float64]
 
 
 def ur5_brackets(folder: Path) -> dict[str, Any]:
-    """For each joint the gains that regression in either direction gives, with and without friction.
+    """For each joint the gains that regression in either direction gives, with the drive's own torque and without.
 
-    With friction taken out of both, current = torque / K + error gives K too large where the torque is wrong, torque =
+    With the drive's own torque (friction, rotor inertia, offset) taken out of both, current = torque / K + error gives K too large where the torque is wrong, torque =
     K current + error gives it too small where the current is: the truth lies between (Frisch, 1934).
     """
     robot = pid.load_robot("ur5")
     filter = pid.Filter(CUTOFF)
     pieces = [_channels(robot, folder / f"{name}.csv.gz", filter) for name in MOVEMENTS]
-    torque, current, v, sign = (np.concatenate([piece[k] for piece in pieces]) for k in range(4))
+    torque, current, v, sign, a = (np.concatenate([piece[k] for piece in pieces]) for k in range(5))
+    drives = [np.column_stack([v[:, j], sign[:, j], a[:, j], np.ones(len(v))]) for j in range(robot.n)]
     rows = int(BLOCK * 4 * CUTOFF)
     blocks = np.concatenate([1000 * i + np.arange(len(p[0])) // rows for i, p in enumerate(pieces)])
     index = [np.flatnonzero(blocks == label) for label in np.unique(blocks)]
@@ -40,11 +41,10 @@ def ur5_brackets(folder: Path) -> dict[str, Any]:
     result: dict[str, Any] = {
         key: [] for key in ("lower", "upper", "lowest", "highest", "no_friction", "rms_ratio", "correlation")
     }
-    for j in range(robot.n):
-        friction = np.column_stack([v[:, j], sign[:, j], np.ones(len(v))])
+    for j, drive in enumerate(drives):
         t, i = torque[:, j], current[:, j]
-        lower, upper, correlation = _bracket(t, i, friction)
-        again = np.array([_bracket(t[d], i[d], friction[d])[:2] for d in draws])
+        lower, upper, correlation = _bracket(t, i, drive)
+        again = np.array([_bracket(t[d], i[d], drive[d])[:2] for d in draws])
         result["lower"].append(lower)
         result["upper"].append(upper)
         result["lowest"].append(float(np.quantile(again[:, 0], 0.025)))
@@ -53,30 +53,29 @@ def ur5_brackets(folder: Path) -> dict[str, Any]:
         result["rms_ratio"].append(float(np.linalg.norm(t) / np.linalg.norm(i)))
         result["correlation"].append(correlation)
     result["unexplained_percent"] = {
-        name: _unexplained(torque, current * gains, v, sign) for name, gains in GAIN_SETS.items()
+        name: _unexplained(torque, current * gains, drives) for name, gains in GAIN_SETS.items()
     }
     return result | {"movements": list(MOVEMENTS), "cutoff": CUTOFF}
 
 
-def _bracket(torque: Array, current: Array, friction: Array) -> tuple[float, float, float]:
+def _bracket(torque: Array, current: Array, drive: Array) -> tuple[float, float, float]:
     both = np.column_stack([torque, current])
-    t, i = (both - friction @ np.linalg.lstsq(friction, both, rcond=None)[0]).T
+    t, i = (both - drive @ np.linalg.lstsq(drive, both, rcond=None)[0]).T
     return float(t @ i / (i @ i)), float(t @ t / (t @ i)), float(t @ i / np.sqrt((t @ t) * (i @ i)))
 
 
-def _unexplained(torque: Array, measured: Array, v: Array, sign: Array) -> list[float]:
-    """Share [%] of gain times current that the controller's torque and friction leave."""
+def _unexplained(torque: Array, measured: Array, drives: list[Array]) -> list[float]:
+    """Share [%] of gain times current that the controller's torque and the drive's own leave."""
     left = []
-    for j in range(torque.shape[1]):
-        friction = np.column_stack([v[:, j], sign[:, j], np.ones(len(v))])
+    for j, drive in enumerate(drives):
         rest = measured[:, j] - torque[:, j]
-        rest = rest - friction @ np.linalg.lstsq(friction, rest, rcond=None)[0]
+        rest = rest - drive @ np.linalg.lstsq(drive, rest, rcond=None)[0]
         left.append(float(100 * np.linalg.norm(rest) / np.linalg.norm(measured[:, j])))
     return left
 
 
-def _channels(robot: pid.Robot, path: Path, filter: pid.Filter) -> tuple[Array, Array, Array, Array]:
-    """Filtered controller torque [N m], current [A], velocity and its sign (M, n), over the rows kept."""
+def _channels(robot: pid.Robot, path: Path, filter: pid.Filter) -> tuple[Array, ...]:
+    """Filtered controller torque [N m], current [A], velocity, its sign, acceleration (M, n), over the rows kept."""
     recording = pid.load_recording(path, drive_gains=[1.0] * robot.n)
     with gzip.open(path, "rt") as stream:
         table = list(csv.DictReader(stream))
@@ -92,5 +91,5 @@ def _channels(robot: pid.Robot, path: Path, filter: pid.Filter) -> tuple[Array, 
     sign = smooth_sign(signals.v, 0.01)
     return tuple(
         filter.apply(np.ascontiguousarray(x.T), signals.rate).T
-        for x in (target.torque, signals.torque, signals.v, sign)
+        for x in (target.torque, signals.torque, signals.v, sign, signals.a)
     )  # pyright: ignore[reportReturnType]

@@ -126,13 +126,13 @@ def bracket_rows(brackets: dict[str, Any]) -> list[str]:
     rows += [joint_row("joint", range(1, 7), 0)]
     rows += [joint_row(f"published: {name}", gains) for name, gains in GAIN_SETS.items()]
     labels = {
-        "lower": "friction allowed for, errors in the current",
-        "upper": "friction allowed for, errors in the torque",
+        "lower": "friction, rotor allowed for; current in error",
+        "upper": "friction, rotor allowed for; torque in error",
         "lowest": "  95 % of the bracket, from",
         "highest": "  95 % of the bracket, to",
-        "no_friction": "friction left out, torque fitted by current",
-        "rms_ratio": "friction left out, ratio of sizes",
-        "correlation": "correlation, friction allowed for",
+        "no_friction": "left out; torque fitted by current",
+        "rms_ratio": "left out; ratio of sizes",
+        "correlation": "correlation, friction and rotor allowed for",
     }
     rows += [joint_row(label, brackets[key]) for key, label in labels.items()]
     return [*rows, *(joint_row(f"error [%] with gains: {n}", e, 1) for n, e in brackets["unexplained_percent"].items())]
