@@ -48,6 +48,12 @@ class Contact(Effect):
         edges = [np.append(np.arange(start, end - 1e-9, PIECE), end) for start, end in self.intervals]
         return [(float(a), float(b)) for e in edges for a, b in itertools.pairwise(e)]
 
+    def anywhere(self) -> tuple[Effect, float]:
+        lengths = [end - start for start, end in self.intervals]
+        ends = list(itertools.accumulate(lengths))
+        laid = tuple((end - length, end) for end, length in zip(ends, lengths, strict=True))
+        return Contact(intervals=laid), ends[-1]
+
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(
             Column(f"{self.name}_F{axis}_{start:g}s", self.unit, robot.n, self.name)

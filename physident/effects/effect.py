@@ -109,6 +109,10 @@ class Effect(ABC):
         """Samples (N, n) of one segment whose value still depends on what was before it; None where none do."""
         return None
 
+    def anywhere(self) -> tuple[Effect, float]:
+        """The effect as a question of structure, free of any recording's time, and how many seconds it needs for that."""
+        return self, 0.0
+
     def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
         """The cutoff [Hz] below which the common filter takes its signature away; 0 where any band will do."""
         return 0.0
