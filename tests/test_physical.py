@@ -44,7 +44,8 @@ def link_problem(prior: Prior, measured: np.ndarray) -> tuple[Program, Coordinat
     cone = replace(physical_cones(pid.load_robot("ur5"), make_effects(["rigid_body"])).matrices[0], link=1)
     one = replace(cone, map=cone.map[:, :, :10])
     cones = replace(no_cones(10), matrices=(one,))
-    return Program(measured @ np.linalg.inv(coordinates.T), coordinates, cones, prior), coordinates
+    K = np.asarray(measured @ np.linalg.inv(coordinates.T), dtype=np.float64)
+    return Program(K, coordinates, cones, prior), coordinates
 
 
 def test_no_data_leaves_the_nominal() -> None:
@@ -82,7 +83,7 @@ def test_nearest_positive_semidefinite_matrix() -> None:
 def test_ridge_has_a_closed_form() -> None:
     """Inside the cones the weighted distance to nominal is a linear system."""
     rng = np.random.default_rng(1)
-    A = np.linalg.qr(rng.normal(size=(10, 10)), mode="r")
+    A = np.triu(rng.normal(size=(10, 10))) + 2 * np.eye(10)
     z = A @ TRACES + 0.05 * rng.normal(size=10)
     program, _ = link_problem(NominalDistance(), np.eye(10))
     answer = program.solve(Compressed(A, z, 0.0, 1), 0.7)

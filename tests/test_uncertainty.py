@@ -35,7 +35,7 @@ BASE = BaseParameters(
 def slow(keep: float, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
     """First-order noise of unit variance that keeps this share of itself from row to row."""
     drive = rng.standard_normal((shape[0] + 500, *shape[1:]))
-    return lfilter([np.sqrt(1 - keep**2)], [1, -keep], drive, axis=0)[500:]
+    return np.asarray(lfilter([np.sqrt(1 - keep**2)], [1, -keep], drive, axis=0))[500:]
 
 
 def made(noise: np.ndarray, seed: int = 0, keep: float = 0.9) -> Regressor:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # many small matrices: threads only wait for each other
 
 import cvxpy as cp
 import numpy as np
@@ -88,9 +92,10 @@ def _plain(robot, effects, signals) -> float:
     start = time.perf_counter()
     theta = cp.Variable(Y.shape[1])
     units = np.stack([pseudo_inertia(unit) for unit in np.eye(10)])
-    divergence, constraints = 0, [theta[60:66] >= 0, theta[66:78] >= 0]
+    divergence: Any = 0
+    constraints: list[Any] = [theta[60:66] >= 0, theta[66:78] >= 0]
     for i in range(robot.n):
-        P = sum(theta[10 * i + k] * units[k] for k in range(10))
+        P: Any = sum(theta[10 * i + k] * units[k] for k in range(10))
         inverse = np.linalg.inv(pseudo_inertia(nominal[10 * i : 10 * i + 10]))
         divergence += cp.trace(inverse @ P) - cp.log_det(P)
         constraints.append(P >> 0)

@@ -184,7 +184,8 @@ def _slow(shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
     from scipy.signal import lfilter
 
     keep = np.exp(-1 / 30)
-    return lfilter([np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal((shape[0] + 500, shape[1])), axis=0)[500:]
+    drive = rng.standard_normal((shape[0] + 500, shape[1]))
+    return np.asarray(lfilter([np.sqrt(1 - keep**2)], [1, -keep], drive, axis=0))[500:]
 
 
 def table(results: dict[str, Any]) -> str:
