@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 MIN_CUTOFF = 0.01  # Hz: the filter then lasts 500 s, longer than any recording's motion
 MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
 MOVING_MARGIN = 0.2  # s
+PASSBAND = 8.0  # times the cutoff: what derivatives of the measured motion let pass
 ROWS = 16  # filtered at once: the wider, the more products with zero; the narrower, the more calls
 
 
@@ -96,7 +97,7 @@ class Signals:
 
     ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] (N, n); ``torque`` (N, n) [N m|N] or None;
     ``starts`` the first sample of each segment; ``temperature`` (N, n) [degC] or None; ``origin`` [s] when the recording
-    began; ``recording`` its hash. A model adds what it makes of the motion (``Model.refer``): ``links`` (10 n,) its link
+    began; ``recording`` its hash; ``cutoff`` [Hz] of the filter they will pass. A model adds what it makes of the motion (``Model.refer``): ``links`` (10 n,) its link
     parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) that of all but measurement effects.
     """
 
@@ -108,6 +109,7 @@ class Signals:
     temperature: Array | None = None
     starts: tuple[int, ...] = (0,)
     rate: float = math.nan
+    cutoff: float = math.inf
     source: str = "signals"
     origin: float = 0.0
     recording: str = ""
@@ -191,10 +193,11 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
         return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
 
     q = resampled(recording.q)
-    v = _derivative(q, 1, rate, filter) if recording.dq is None else resampled(recording.dq)
-    a = _derivative(q, 2, rate, filter) if recording.dq is None else _derivative(v, 1, rate, filter)
+    passband = PASSBAND * filter.cutoff
+    v = derivative(q, 1, rate, passband) if recording.dq is None else resampled(recording.dq)
+    a = derivative(q, 2, rate, passband) if recording.dq is None else derivative(v, 1, rate, passband)
     warmth = None if recording.temperature is None else resampled(recording.temperature)
-    return Signals(clock, q, v, a, resampled(recording.torque), warmth, rate=rate)
+    return Signals(clock, q, v, a, resampled(recording.torque), warmth, rate=rate, cutoff=filter.cutoff)
 
 
 def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
@@ -207,7 +210,7 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
     time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
     starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
     return Signals(
-        time, q, v, a, joined("torque"), joined("temperature"), starts, rate,
+        time, q, v, a, joined("torque"), joined("temperature"), starts, rate, parts[0].cutoff,
         recording.source, float(recording.time[0]), recording.sha256,
     )  # fmt: skip
 
@@ -220,10 +223,12 @@ def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[s
     return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
 
-def _derivative(values: Array, order: int, rate: float, filter: Filter) -> Array:
+def derivative(values: Array, order: int, rate: float, passband: float) -> Array:
+    """Derivative of some order (N, ...) over time of uniform samples (N, ...) at ``rate`` [Hz], by local fits of fourth
+    order over a window that passes ``passband`` [Hz]."""
     from scipy.signal import savgol_filter
 
-    passband = min(8 * filter.cutoff, 0.4 * rate)
+    passband = min(passband, 0.4 * rate)
     # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
     half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
     half = min(half, (len(values) - 1) // 2)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from physident.effects.effect import Array, Cone, Effect, nonnegative
 from physident.rigid_body_regressor import inverse_dynamics
 from physident.robot import Robot
-from physident.signals import Signals
+from physident.signals import Signals, derivative
 
+PASSBAND = 1.5  # times the cutoff of the common filter
 LEAST_STEP = 1e-5  # rad: of the directional derivative, small beside any motion and large beside rounding
 
 
@@ -56,9 +57,9 @@ class JointElasticity(Effect):
         torque = inverse_dynamics(robot, signals.from_model("links"), signals.q, signals.v, signals.a)
         columns = []
         for i in self.active(robot):
-            bend = [torque[:, i]]
-            for _ in range(2):
-                bend.append(np.gradient(bend[-1], 1 / signals.rate))
+            # the window passes the filter's band and no more: twice differentiated noise would drown the bend
+            passband = PASSBAND * signals.cutoff
+            bend = [torque[:, i], *(derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2))]
             columns.append(-_directional(robot, signals, i, bend).T)
         return np.concatenate(columns) if columns else np.zeros((0, len(signals.time)))
 
