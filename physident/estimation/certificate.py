@@ -19,7 +19,7 @@ class Certificate:
     """What is proved about an answer.
 
     ``stationarity``: the largest gradient left of the Lagrangian over the size of its terms (dual residual); ``primal``:
-    the largest violation of a cone over the size of its terms; ``gap``: duality gap over the objective; ``eigenvalues``:
+    the largest violation of a cone over the size of its terms; ``gap``: duality gap over the objective or, where that is larger, the size of its terms; ``eigenvalues``:
     the smallest of each link's pseudo-inertia over the largest. ``condition`` of the scaled regressor; ``determined``:
     how many base parameters the data decided; ``iterations`` of the estimator.
     """

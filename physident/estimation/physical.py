@@ -7,7 +7,7 @@ The tall regressor never comes here: only its QR factor does, as a parameter of 
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cvxpy as cp
@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 TOLERANCES = (1e-9, 1e-8, 1e-7)  # asked of the solver in turn: near the tip of a cone rounding may forbid the first
 GIVES = 1e-6  # by how much a contradicted bound must give, relative to its row
 PROVED = Optimality(primal=1e-7, dual=1e-3, gap=1e-6)  # a gap of 1e-8 leaves a gradient of its square root
+SIZED_NOISE = 0.5  # what the data term comes to when residuals are as large as their noise
 LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
 
 
@@ -53,8 +54,8 @@ class Program:
         self.equal = (cones.equal @ coordinates.T, cones.targets)
         self.entropic = isinstance(prior, Entropic) and len(coordinates.links) > 0
         # a log-determinant keeps its link positive definite: the cone would be stated twice
-        held = [m.link is not None and self.entropic for m in cones.matrices]
-        self.stated = [pair for pair, skip in zip(self.matrices, held, strict=True) if not skip]
+        self.held = [m.link is not None and self.entropic for m in cones.matrices]
+        self.stated = [pair for pair, skip in zip(self.matrices, self.held, strict=True) if not skip]
         self._compile()
 
     def _compile(self) -> None:
@@ -154,15 +155,15 @@ class Program:
                 gradient[own] += strength * SQUARES * away[own]
                 sizes[own] += strength * SQUARES * (np.abs(u[own]) + TRACES)
                 objective += 0.5 * strength * float(SQUARES @ away[own] ** 2)
-        # half is what the data term comes to when the noise has been sized
         others = np.ones(len(u), dtype=bool)
         for _, own in self.coordinates.links:
             others[own] = False
         gradient[others] += TIE_BREAK_OTHERS * away[others]
         sizes[others] += TIE_BREAK_OTHERS * (np.abs(u) + np.abs(self.coordinates.nominal))[others]
-        return check_optimality(
-            gradient, max(objective, strength, 0.5), sizes, self.rows, self.stated, self.equal, u, duals
-        )
+        implied = [(M, np.zeros_like(B)) for (M, B), held in zip(self.matrices, self.held, strict=True) if held]
+        every = replace(duals, matrices=(*duals.matrices, *(np.zeros((4, 4)) for _ in implied)))
+        size = max(objective, strength, SIZED_NOISE)
+        return check_optimality(gradient, size, sizes, self.rows, [*self.stated, *implied], self.equal, u, every)
 
     def _advice(self, status: str) -> str:
         if "unbounded" not in status and (names := self._contradiction()):
@@ -187,7 +188,10 @@ class Program:
             gives.append(cp.Variable(1, nonneg=True))
             constraints.append(_psd(M, u, B, gives[-1]))
             labels.append(matrix.label)
-        cp.Problem(cp.Minimize(cp.sum(cp.hstack(gives))), constraints).solve(solver=cp.CLARABEL)
+        elastic = cp.Problem(cp.Minimize(cp.sum(cp.hstack(gives))), constraints)
+        elastic.solve(solver=cp.CLARABEL)
+        if elastic.status != cp.OPTIMAL:
+            return []
         sizes = np.concatenate([np.ravel(np.asarray(give.value)) for give in gives])
         names = [label for label, size in zip(labels, sizes, strict=True) if size > GIVES]
         return list(dict.fromkeys(names))
