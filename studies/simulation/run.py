@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import resource
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices of six joints: threads only wait for each other
 
@@ -106,8 +107,11 @@ def errors(q: np.ndarray, torque: np.ndarray, exact: pid.Signals, every: int) ->
     }
 
 
-def parallel(model: pid.Model) -> dict[str, float]:
-    """Seconds on the wall for some recordings of 20 s, in one process and in one for each core."""
+def parallel(model: pid.Model) -> dict[str, dict[str, float]]:
+    """Seconds for some recordings of 20 s, in one process and in one for each core: on the wall, and of the processors.
+
+    The load before tells how many other programs shared the cores.
+    """
     sensors = Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=1.0)
     runs = [
         Simulation(model, pid.random_trajectory(model.robot, seed, duration=20.0), sensors=sensors, seed=seed)
@@ -115,10 +119,17 @@ def parallel(model: pid.Model) -> dict[str, float]:
     ]
     found = {}
     for processes in (1, os.cpu_count() or 1):
-        start = time.perf_counter()
+        load, start, used = os.getloadavg()[0], time.perf_counter(), children_seconds()
         simulate_many(runs, processes)
-        found[f"{processes}"] = time.perf_counter() - start
+        wall = time.perf_counter() - start
+        found[f"{processes}"] = {"wall": wall, "processors": children_seconds() - used, "load_before": load}
     return found
+
+
+def children_seconds() -> float:
+    """Processor's seconds of all processes that ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def against_mujoco() -> dict[str, list[float]]:
@@ -164,14 +175,17 @@ def main() -> None:
     minute = one_minute(model)
     methods = {**steps(model, motion, exact), **libraries(model, motion, exact)}
     many, engine = parallel(model), against_mujoco()
-    results = {"minute": minute, "methods": methods, "parallel_seconds": many, "mujoco": engine}
+    results = {"minute": minute, "methods": methods, "parallel": many, "mujoco": engine}
     rows = [
         f"UR5, 60 s at 125 Hz, default step: {minute['processor']:.1f} s of the processor, {minute['wall']:.1f} s on the wall (asked: 6)",
         "",
         "20 s of motion         seconds   largest error of q [rad]   of the torque [N m]",
         *(f"{name:<20}   {m['seconds']:7.2f}   {m['q']:24.1e}   {m['torque']:19.1e}" for name, m in methods.items()),
         "",
-        *(f"{RECORDINGS} recordings of 20 s, processes {p:>2}: {s:5.1f} s on the wall" for p, s in many.items()),
+        *(
+            f"{RECORDINGS} recordings of 20 s, processes {p:>2}: {s['wall']:5.1f} s on the wall, {s['processors']:5.1f} s of the processors, load of others {s['load_before']:.1f}"
+            for p, s in many.items()
+        ),
         "",
         *(
             f"MuJoCo with a step of {float(step):.1e} s: largest angle differs by {', '.join(f'{x:.1e}' for x in d)} rad after 2 s"
