@@ -9,6 +9,7 @@ the measured one. Every iteration works on one small QR factor for each joint.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,9 +17,9 @@ from numpy.typing import NDArray
 
 from physident.base_parameters import BaseParameters
 from physident.effects.effect import Column
-from physident.errors import NotSolvedError
+from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.load import every_column, load_regressor
-from physident.estimation.uncertainty import correlation_rows, jackknife
+from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, SHORTEST_PERIODS, correlation_rows, jackknife
 from physident.regressor import JointRows, Regressor
 
 Array = NDArray[np.float64]
@@ -57,6 +58,7 @@ class GainEquations:
 
     def __init__(self, regressor: Regressor, base: BaseParameters, loaded: NDArray[np.bool_], mass: float) -> None:
         self.regressor, self.base, self.mass = regressor, base, mass
+        self.carrying = int(np.count_nonzero(loaded))
         self.size = base.r + 9
         load = load_regressor(regressor, regressor.torque, loaded)
         place = np.full(len(regressor.columns), -1)
@@ -131,7 +133,10 @@ class GainEquations:
         return 100 * self.renoised(solution).noise / np.where(size > 0, size, 1.0)
 
     def log_covariance(self, solution: GainSolution) -> tuple[Array, int]:
-        """Covariance (n, n) of log K that survives autocorrelated errors, and the number of blocks behind it."""
+        """Covariance (n, n) of log K that survives autocorrelated errors, and the number of blocks behind it.
+
+        The scale comes from the rows with the load alone: they are to hold enough blocks, and only theirs count.
+        """
         n, M = len(self.joints), len(self.regressor.time)
         rows, residual = [], np.zeros((M, n))
         for j, (joint, gain, s) in enumerate(zip(self.joints, solution.gains, solution.noise, strict=True)):
@@ -142,9 +147,21 @@ class GainEquations:
             residual[:, j] = (joint.current - torque / gain) / s
         names = tuple(Column(f"x_{i}", "-", 0, "") for i in range(self.size + n))
         white = replace(self.regressor, columns=names, joints=tuple(rows), torque=residual)
-        correlation = float(correlation_rows(white, residual).max())
-        cut = jackknife(white, every_column(names), residual, correlation)
-        return cut.covariance[self.size :, self.size :], cut.blocks
+        memory = float(correlation_rows(white, residual).max())
+        self._warn_if_short(memory)
+        shorter = min(memory, max(1, self.carrying // FEWEST_BLOCKS) / BLOCK_PERIODS)
+        cut = jackknife(white, every_column(names), residual, shorter)
+        blocks = max(2, round(self.carrying / max(1.0, BLOCK_PERIODS * shorter)))
+        return cut.covariance[self.size :, self.size :], blocks
+
+    def _warn_if_short(self, memory: float) -> None:
+        if self.carrying < FEWEST_BLOCKS * SHORTEST_PERIODS * memory:
+            seconds = self.carrying / self.regressor.kept_rate
+            warnings.warn(
+                f"{seconds:.3g} s of motion with the load hold {self.carrying / memory:.0f} independent samples: intervals of drive gains are rough; record the load longer",
+                PhysidentWarning,
+                stacklevel=2,
+            )
 
     def _linear(self, weights: Array) -> GainSolution:
         """The least-squares solution with ``weights`` (n,) of the joints' torque."""

@@ -1,4 +1,4 @@
-# fast: real UR10e and UR5 recordings, one minute
+# fast: simulated arms, real UR10e and UR5 recordings, one and a half minutes
 """What is one ampere worth? Drive gains of a UR10e from a load of 2.6 kg, and two contradicting sets of a UR5."""
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from brackets import GAIN_SETS, ur5_brackets
 from kept import UR10E_COLUMNS, UR10E_GAINS, joint_row, keep, need_data
+from simulated import simulated_gains
 
 import physident as pid
 from physident.estimation.uncertainty import t_quantile
@@ -45,8 +46,10 @@ def main() -> None:
     best = found["tls, unloaded of February"]
     loads = unknown_loads(robot, february, known, unknown, best)
     brackets = ur5_brackets(need_data("ur5"))
-    rows = [*gain_rows(found), "", *load_rows(loads), "", *bracket_rows(brackets)]
+    known_truth = simulated_gains()
+    rows = [*simulated_rows(known_truth), "", *gain_rows(found), "", *load_rows(loads), "", *bracket_rows(brackets)]
     results = {
+        "simulated": known_truth,
         "known_load_kg": KNOWN,
         "published": {"literature": LITERATURE, "owner": OWNER},
         "gains": {name: _relative(gains.as_dict()) for name, gains in found.items()},
@@ -92,6 +95,21 @@ def unknown_loads(
 
 def with_gains(recordings: list[pid.Recording], gains: np.ndarray) -> list[pid.Recording]:
     return [recording.with_drive_gains(gains.tolist()) for recording in recordings]
+
+
+def simulated_rows(truth: dict[str, Any]) -> list[str]:
+    rows = [
+        f"simulated UR5, {truth['arms']} arms, load of {truth['load_kg']:g} kg, errors with a memory of {truth['memory_s']} s"
+    ]
+    rows += [joint_row("joint", range(1, 7), 0)]
+    for key, label in (
+        ("tls_bias_percent", "tls: mean error [%]"),
+        ("tls_rms_percent", "tls: rms error [%]"),
+        ("tls_coverage_percent", "tls: 95 % intervals that hold the truth [%]"),
+        ("ls_bias_percent", "ls: mean error [%]"),
+    ):
+        rows.append(joint_row(label, truth[key], 1))
+    return [*rows, f"tls: over all joints {truth['tls_coverage_all_percent']:.1f} % of the intervals hold the truth"]
 
 
 def gain_rows(found: dict[str, pid.DriveGains]) -> list[str]:
