@@ -153,6 +153,23 @@ def test_a_model_without_friction_keeps_what_the_file_says_of_it() -> None:
     assert 'friction="7" damping="3" springref="1"' in text
 
 
+def test_a_model_without_bodies_is_refused() -> None:
+    with pytest.raises(pid.InputError, match="no rigid_body"):
+        urdf_of(pid.Model.nominal(lumped(), ["viscous_friction"]))
+
+
+def test_a_real_file_keeps_all_but_inertia_and_dynamics(data: Path) -> None:
+    """A file with plugins, transmissions and comments: only lines of inertia and dynamics differ, torque does not."""
+    robot = pid.load_robot(data / "ur10e" / "ur10e.urdf")
+    made = urdf_of(pid.Model.nominal(robot)).text
+    gone = set(robot.urdf.splitlines()) - set(made.splitlines())
+    assert all(any(word in line for word in ("<mass", "<inertia", "<origin", "<dynamics")) for line in gone)
+    assert robot.urdf.count("<!--") == made.count("<!--")
+    states = random_states(robot, seed=17, count=20)
+    before, after = (pinocchio_torque(text, states) for text in (robot.urdf, made))
+    np.testing.assert_allclose(after, before, rtol=1e-9, atol=1e-9)
+
+
 def test_what_urdf_cannot_hold_is_listed() -> None:
     robot = replace(lumped(), gravity=(0.0, 9.81, 0.0))
     model = physical_model(robot, seed=6)
@@ -292,6 +309,8 @@ def test_command_line_writes_all_or_nothing(
     assert "link 1 (arm, moved by shoulder)" in capsys.readouterr().err
     assert not any(path.exists() for path in out)
     assert run(["export", "--model", str(good)]) == 2
+    assert run(["export", "--model", str(good), "--urdf", str(out[0]), "--json", str(out[0])]) == 2
+    assert not any(path.exists() for path in out)
     assert run(["export", "--model", str(good), *options]) == 0
     assert "not expressible in URDF: rotor_inertia" in capsys.readouterr().out
     assert all(path.exists() for path in out)

@@ -56,9 +56,12 @@ def urdf_of(model: Model) -> UrdfExport:
     """The model as URDF: the inertia of all bodies fixed to one joint goes to that joint's child link.
 
     The other links of such a lump lose their ``<inertial>``; links fixed to the base keep theirs, which no joint torque
-    shows. Raises InputError for a link that no rigid body can be, naming it and the condition it breaks.
+    shows. Raises InputError for a link that no rigid body can be, naming it and the condition it breaks, and for a model
+    without rigid bodies.
     """
     robot = model.robot
+    if not any(effect.name == "rigid_body" for effect in model.effects):
+        raise InputError("the model has no rigid_body effect, so no links to write; identify one with it in --effects")
     root = parse_elements(robot.urdf)
     child, lumps = _lumps(root)
     parameters = added_inertia(model).links.reshape(robot.n, 10)
