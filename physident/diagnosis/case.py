@@ -1,0 +1,168 @@
+"""A case to diagnose: what stays the same through the search, and the evidence for a set of accepted effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, inverted
+from physident.diagnosis.extension import Extension, extend
+from physident.diagnosis.question import Freedom, Question, freedom
+from physident.effects.effect import Effect
+from physident.estimation.estimate import Estimate
+from physident.model import Model
+from physident.regressor import Regressor, build_regressor
+from physident.signals import Filter, Signals
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A candidate that was accepted, and its concrete effect with the shape it was found to have."""
+
+    candidate: Candidate
+    effect: Effect
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """The question, the model it is put to, the signals, and a regressor of the model's columns and all candidates'."""
+
+    question: Question
+    start: Estimate | Model
+    signals: tuple[Signals, ...]
+    filter: Filter
+    seed: int
+    regressor: Regressor
+    candidates: tuple[Candidate, ...]
+    freedom: Freedom
+    fold: NDArray[np.intp]
+
+    @property
+    def model(self) -> Model:
+        """The model as it came."""
+        return self.start if isinstance(self.start, Model) else self.start.model
+
+    @staticmethod
+    def open(question: Question, start: Estimate | Model, signals: Sequence[Signals], filter: Filter, seed: int) -> Case:
+        """Evaluate every candidate once and choose the folds."""
+        model = start if isinstance(start, Model) else start.model
+        effects: list[Effect] = list(model.effects)
+        at = len(model.columns)
+        candidates = []
+        for name, joints, shaped in possible(model, signals):
+            options = []
+            for effect in shaped:
+                count = len(effect.columns(model.robot))
+                options.append(Option(effect, tuple(range(at, at + count))))
+                effects.append(effect)
+                at += count
+            candidates.append(Candidate(name, joints, tuple(options)))
+        regressor = build_regressor(model.robot, effects, signals, filter, model=model)
+        case = Case(
+            question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
+            freedom(start, question, regressor), np.zeros(len(regressor.time), dtype=np.intp),
+        )  # fmt: skip
+        evidence = case.evidence(model)
+        memory = float(fit(evidence, case.freedom.baseline(regressor)).memory.max())
+        return replace(case, fold=folds(regressor, memory, len(signals)))
+
+    def evidence(self, model: Model) -> Evidence:
+        """Candidates and the torque that the model as it came leaves, columns that depend on a model by ``model``."""
+        regressor, placebos = with_placebos(self._referred(model), self.seed)
+        theta = np.zeros(len(regressor.columns))
+        theta[: len(self.model.theta)] = self.model.theta
+        return Evidence(
+            regressor, (*self.candidates, *placebos), regressor.torque - regressor.predict(theta), self.fold
+        )
+
+    def state(self, accepted: Sequence[Accepted], model: Model) -> State:
+        """The evidence beside some accepted effects, with columns that depend on a model by ``model``."""
+        evidence = self.evidence(model)
+        taken = {a.candidate.key for a in accepted}
+        evidence = replace(evidence, candidates=tuple(c for c in evidence.candidates if c.key not in taken))
+        baseline = self.freedom.baseline(evidence.regressor)
+        for a in accepted:
+            baseline = baseline.joined(self.columns(a.effect, model))
+        return State(self, tuple(accepted), model, evidence, baseline, fit(evidence, baseline))
+
+    def columns(self, effect: Effect, model: Model) -> list[Array]:
+        """A concrete effect's columns (M, k) in each joint's rows, by a model."""
+        own = build_regressor(model.robot, [effect], self.signals, self.filter, model=model)
+        k = len(own.columns)
+        result = []
+        for j, rows in enumerate(own.joints):
+            values = np.zeros((len(own.time), k))
+            values[:, rows.columns] = rows.values
+            result.append(values * self.regressor.counted[:, j : j + 1])
+        return result
+
+    def _referred(self, model: Model) -> Regressor:
+        """The regressor with the columns that depend on a model evaluated by ``model``."""
+        if model is self.model:
+            return self.regressor
+        effects = [*self.model.effects, *(o.effect for c in self.candidates for o in c.options if o.effect is not None)]
+        dependent = [effect for effect in effects if effect.needs_model]
+        owner = [effect for effect in effects for _ in effect.columns(model.robot)]
+        places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
+        fresh = build_regressor(model.robot, dependent, self.signals, self.filter, model=model)
+        return self.regressor.with_columns(fresh, places)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The evidence beside accepted effects, their joint fit to all rows, and what the extended model then is."""
+
+    case: Case
+    accepted: tuple[Accepted, ...]
+    model: Model
+    evidence: Evidence
+    baseline: Baseline
+    fit: Fit
+
+    def sizes(self) -> list[int]:
+        """How many columns each accepted effect has."""
+        return [len(a.effect.columns(self.case.model.robot)) for a in self.accepted]
+
+    @cached_property
+    def extension(self) -> Extension:
+        """The model at the values of the joint fit."""
+        own = len(self.case.freedom.prior)
+        model = self.case.model
+        moved = Model(model.robot, model.effects, model.theta + self.case.freedom.map @ self.fit.x[:own])
+        changes = np.split(self.fit.x[own:], np.cumsum(self.sizes())[:-1]) if self.accepted else []
+        return extend(moved, [a.effect for a in self.accepted], changes)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """How the extended model's theta (P,) moves with the values of the joint fit: (P, R)."""
+        own = len(self.case.freedom.prior)
+        J = np.zeros((len(self.extension.model.theta), len(self.fit.x)))
+        J[: len(self.case.model.theta), :own] = self.case.freedom.map
+        at = own
+        for places in self.extension.places:
+            J[places, at + np.arange(len(places))] = 1.0
+            at += len(places)
+        return J
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance (P, P) of the extended model's theta where residuals are as independent as their memory says."""
+        return self.jacobian @ inverted(self.fit.normal) @ self.jacobian.T
+
+    def also(self, candidate: Candidate, effect: Effect) -> State:
+        """The same with one effect more; columns that depend on a model stay as they are."""
+        baseline = self.baseline.joined(self.case.columns(effect, self.model))
+        accepted = (*self.accepted, Accepted(candidate, effect))
+        return State(self.case, accepted, self.model, self.evidence, baseline, fit(self.evidence, baseline))
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Rows (M,) that belong to a fold."""
+        return self.case.fold != OUTSIDE

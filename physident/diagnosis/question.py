@@ -1,0 +1,98 @@
+"""What is asked of recordings - different, missing or nominal - and what the model's own parameters may do meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.evidence import Baseline, inverted
+from physident.errors import InputError
+from physident.estimation.decision import BY_DATA
+from physident.estimation.estimate import Estimate
+from physident.model import Model
+from physident.recording import Recording
+from physident.regressor import Regressor
+
+Array = NDArray[np.float64]
+Question = Literal["different", "missing", "nominal"]
+
+
+def ask(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
+    """Which question recordings put to a model; raises InputError where only some of them were fitted."""
+    if not recordings:
+        raise InputError("no recordings given, expected at least one to diagnose")
+    if isinstance(model, Model):
+        return "nominal"
+    fitted = {source.sha256 for source in model.sources}
+    seen = [recording for recording in recordings if recording.sha256 in fitted]
+    if seen and len(seen) < len(recordings):
+        new = next(recording for recording in recordings if recording.sha256 not in fitted)
+        raise InputError(
+            f"the model was fitted to {seen[0].source} but not to {new.source}; expected recordings that were all fitted"
+            " (what is missing from the model?) or all new (what is different now?)"
+        )
+    return "missing" if seen else "different"
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """How the model's parameters theta (p,) may move: theta + ``map`` (p, R) @ x, x of prior precision ``prior`` (R,).
+
+    ``held``: names of base parameters that the model never identified, which stay where they are.
+    """
+
+    map: Array
+    prior: Array
+    held: tuple[str, ...]
+
+    def baseline(self, regressor: Regressor) -> Baseline:
+        """The columns of x, from a regressor whose first p columns are the model's."""
+        p = len(self.map)
+        joints = []
+        for rows in regressor.joints:
+            own = rows.columns < p
+            joints.append(rows.values[:, own] @ self.map[rows.columns[own]])
+        return Baseline(tuple(joints), self.prior)
+
+
+def freedom(model: Estimate | Model, question: Question, regressor: Regressor) -> Freedom:
+    """Missing: every base parameter is free. Different: each is held within its covariance. Nominal: none moves."""
+    if isinstance(model, Model):
+        return Freedom(np.zeros((len(model.theta), 0)), np.zeros(0), ())
+    base = model.base
+    select = np.zeros((len(model.theta), base.r))
+    select[base.independent, np.arange(base.r)] = 1.0
+    if question == "missing":
+        return Freedom(select, np.zeros(base.r), ())
+    root, held = _root(model, regressor)
+    return Freedom(select @ root, np.ones(root.shape[1]), held)
+
+
+def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:
+    """A root (r, R) of the base parameters' covariance, and the names of those that were never identified.
+
+    A covariance from G blocks has rank G and no more: it is mixed with what the new motion would leave open at the old
+    recordings' worth, as if that were r blocks of prior knowledge; else r - G directions would be known exactly.
+    """
+    base = estimate.base
+    information = np.zeros((base.r, base.r))
+    place = np.full(len(estimate.theta), -1)
+    place[base.independent] = np.arange(base.r)
+    for rows, sigma, worth in zip(regressor.joints, estimate.sigma, estimate.effective_samples, strict=True):
+        own = [k for k, c in enumerate(rows.columns) if c < len(place) and place[c] >= 0]
+        Y = rows.values[:, own] / sigma
+        at = place[rows.columns[own]]
+        information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
+    share = base.r / (base.r + estimate.blocks)
+    covariance = (1 - share) * estimate.covariance + share * inverted(information)
+    decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_DATA
+    covariance = covariance * np.outer(decided, decided)
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    kept = values > 1e-9 * values[-1]
+    names = tuple(base.columns[base.independent[i]].name for i in np.flatnonzero(~decided))
+    return size[:, None] * vectors[:, kept] * np.sqrt(values[kept]), names

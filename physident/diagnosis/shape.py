@@ -1,0 +1,65 @@
+"""The shape of an accepted effect between the points of its grid, by variable projection on all rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.candidates import Candidate
+from physident.diagnosis.case import State
+from physident.diagnosis.evidence import inverted, whitening
+from physident.effects.effect import Effect
+
+Array = NDArray[np.float64]
+REFINED = 1e-2  # relative width at which the search ends: the shape's own uncertainty is larger
+
+
+def refined(state: State, candidate: Candidate) -> Effect:
+    """The candidate's effect with the shape of the largest gain beside a state's baseline (Golub and Pereyra, 1973)."""
+    effects = [option.effect for option in candidate.options if option.effect is not None]
+    judge = _Judge(state)
+    found = [judge.gain(state.evidence.everywhere(option.columns)) for option in candidate.options]
+    top = int(np.argmax(found))
+    best = effects[top]
+    shape = next((s for s in best.shapes if getattr(best, s.field) is not None), None)
+    if len(effects) == 1 or shape is None or shape.discrete:
+        return best
+    from scipy.optimize import minimize_scalar
+
+    values = np.array([getattr(e, shape.field)[0] for e in effects if getattr(e, shape.field) is not None])
+    at = int(np.flatnonzero(values == getattr(best, shape.field)[0])[0])
+    low, high = values[max(0, at - 1)], values[min(len(values) - 1, at + 1)]
+
+    def at_value(value: float) -> Effect:
+        return replace(best, **{shape.field: (value,)})
+
+    def loss(logarithm: float) -> float:
+        return -judge.gain(state.case.columns(at_value(float(np.exp(logarithm))), state.model))
+
+    bounds = (np.log(low), np.log(high))
+    answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})
+    return at_value(float(np.exp(answer.x))) if -answer.fun > found[top] else best
+
+
+class _Judge:
+    """The gain of columns on all rows beside a fitted baseline."""
+
+    def __init__(self, state: State) -> None:
+        self.state, self.weights = state, state.fit.weights
+        self.inverse = inverted(state.fit.normal)
+
+    def gain(self, columns: Sequence[Array]) -> float:
+        """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
+        inner = sum(w * w * (c.T @ c) for w, c in zip(self.weights, columns, strict=True))
+        slope = sum(
+            w * w * (c.T @ r) for w, c, r in zip(self.weights, columns, self.state.fit.residual.T, strict=True)
+        )
+        cross = sum(
+            w * w * (B.T @ c) for w, B, c in zip(self.weights, self.state.baseline.joints, columns, strict=True)
+        )
+        outside = inner - cross.T @ self.inverse @ cross
+        root = whitening(np.asarray(inner)[None], np.asarray(outside)[None])[0]
+        return float(np.sum((root.T @ slope) ** 2))
