@@ -26,9 +26,10 @@ SLACK = 1e-6  # distance from a cone's boundary, relative to its row
 class Decision:
     """Shares of the information that came from the data, 0 (the prior decided) to 1 (the data did).
 
-    ``shares`` (p,) of independent directions, in falling order; ``base`` (r,) of each base parameter. ``information``
-    (r, r) of data and prior about the base parameters; ``response`` (r, r) how far they follow a gradient, inside the
-    cones the answer rests on.
+    ``shares`` (p,) of independent directions, in falling order; ``base`` (r,) of each base parameter: the part of
+    its variance that comes from the data's noise, the rest from not knowing how far nominal values are off.
+    ``information`` (r, r) of data and prior about the base parameters; ``response`` (r, r) how far they follow a
+    gradient, inside the cones the answer rests on.
     """
 
     shares: Array
@@ -51,12 +52,12 @@ def decide(program: Program, data: Compressed, answer: Answer) -> Decision:
     whitened = np.linalg.solve(L, np.linalg.solve(L, by_data).T)
     ratio = np.maximum(np.linalg.eigvalsh((whitened + whitened.T) / 2)[::-1], 0.0)
     both = by_data + by_prior
-    before = np.einsum("rp,rp->r", program.KT, np.linalg.solve(by_prior, program.KT.T).T)
-    covariance = program.KT @ np.linalg.solve(both, program.KT.T)
+    weights = np.linalg.solve(both, program.KT.T)
+    covariance, by_noise = program.KT @ weights, weights.T @ by_data @ weights
     response = program.KT @ free @ np.linalg.solve(free.T @ both @ free, free.T @ program.KT.T)
     return Decision(
         ratio / (1 + ratio),
-        np.clip(1 - np.diag(covariance) / before, 0.0, 1.0),
+        np.clip(np.diag(by_noise) / np.diag(covariance), 0.0, 1.0),
         np.linalg.inv(covariance) * data.rows,
         response / data.rows,
     )
