@@ -59,7 +59,7 @@ class Baseline:
             mine = np.flatnonzero(place[own.columns] >= 0)
             cross = (own.values[:, mine] * self.weights[j]).T @ C
             outer[np.ix_(place[own.columns[mine]], rows.columns)] += cross
-        inside = solve_triangular(self.R, outer, trans="T") if len(self.R) else outer
+        inside = solve_triangular(self.R, outer, trans=1) if len(self.R) else outer
         return Judged(inner, inner - inside.T @ inside, slope)
 
 

@@ -76,12 +76,8 @@ class Regressor:
 
     def joint_sizes(self, theta: Array) -> Array:
         """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the factors: the tall rows are not read."""
-        return np.array(
-            [
-                np.linalg.norm(R[:, :-1] @ theta[rows.columns] - R[:, -1])
-                for rows, R in zip(self.joints, self._joint_factors, strict=True)
-            ]
-        )
+        pairs = zip(self.joints, self._joint_factors, strict=True)
+        return np.array([float(np.linalg.norm(R[:, :-1] @ theta[rows.columns] - R[:, -1])) for rows, R in pairs])
 
     def with_columns(self, other: Regressor, places: NDArray[np.intp]) -> Regressor:
         """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order."""

@@ -82,7 +82,7 @@ def test_demo_finds_what_it_hid(tmp_path: Path, capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize("code", ["import physident", "import physident.cli"])
 def test_import_stays_light(code: str) -> None:
     """Importing loads none of the heavy packages; a fresh interpreter says so."""
-    heavy = "casadi cvxpy rerun scipy.signal matplotlib pinocchio pyarrow pymoo".split()
+    heavy = ["casadi", "cvxpy", "rerun", "scipy.signal", "matplotlib", "pinocchio", "pyarrow", "pymoo"]
     check = f"{code}; import sys; print([m for m in {heavy} if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"

@@ -102,7 +102,7 @@ def test_time_delay_and_torque_constant_act_on_the_motor_torque(ur5: pid.Robot) 
 
 def test_contact_is_the_tools_jacobian(ur5: pid.Robot) -> None:
     signals = motion(ur5)
-    effect = pid.CATALOGUE["contact"](intervals=((4.0, 5.2),))  # pyright: ignore[reportCallIssue]
+    effect = pid.CATALOGUE["contact"](intervals=((4.0, 5.2),))
     assert len(effect.columns(ur5)) == 9  # pieces of 0.5, 0.5 and 0.2 s
     columns = effect.regressor(ur5, signals)
     data, tool = ur5.pinocchio.createData(), ur5.pinocchio.getFrameId("tool0")
@@ -114,7 +114,7 @@ def test_contact_is_the_tools_jacobian(ur5: pid.Robot) -> None:
         np.testing.assert_allclose(columns[k, :, 3:6], J.T, atol=1e-12)
     outside = (signals.time < 4.5) | (signals.time >= 5.0)
     assert np.abs(columns[outside][:, :, 3:6]).max() == 0
-    elsewhere = pid.CATALOGUE["contact"](intervals=((4.0, 5.2),), recording="another")  # pyright: ignore[reportCallIssue]
+    elsewhere = pid.CATALOGUE["contact"](intervals=((4.0, 5.2),), recording="another")
     assert np.abs(elsewhere.values(ur5, signals)).max() == 0
 
 

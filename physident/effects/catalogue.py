@@ -26,7 +26,8 @@ from physident.effects.timing import TimeDelay
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction
 from physident.errors import InputError
 
-CATALOGUE: dict[str, type[Effect]] = {
+# classes of effects by name; each takes settings of its own, which no common type can say
+CATALOGUE: dict[str, Any] = {
     effect.name: effect
     for effect in (
         RigidBody,
@@ -85,7 +86,7 @@ def _tupled(value: Any) -> Any:
     return tuple(_tupled(v) for v in value) if isinstance(value, list) else value
 
 
-def _by_name(name: str) -> type[Effect]:
+def _by_name(name: str) -> Any:
     if name not in CATALOGUE:
         raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
     return CATALOGUE[name]

@@ -53,7 +53,7 @@ def plain_way(robot: pid.Robot, s: pid.Signals, filter: pid.Filter) -> tuple[np.
     torque = filtfilt(taps, 1.0, s.torque, axis=0)[::D]
     clock.append(time.perf_counter())
     rows = np.column_stack([filtered.reshape(len(filtered) * robot.n, -1), torque.ravel()])
-    R = np.linalg.qr(rows, mode="r")
+    R = np.asarray(np.linalg.qr(rows, mode="r"))
     clock.append(time.perf_counter())
     return R, dict(zip(("regressor", "filter", "factor"), np.diff(clock).tolist(), strict=True))
 
