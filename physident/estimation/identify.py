@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, find_base_parameters
+from physident.base_parameters import find_base_parameters
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
@@ -16,10 +16,12 @@ from physident.estimation.cones import physical_cones
 from physident.estimation.estimate import Estimate, Source
 from physident.estimation.estimators import WLS, Estimator, Physical, Robust, make_estimator
 from physident.estimation.least_squares import least_squares
+from physident.estimation.nearest import nearest_to
 from physident.estimation.robust import robust_least_squares
+from physident.estimation.shapes import settle
 from physident.model import Model
 from physident.recording import Recording
-from physident.regressor import Regressor, build_regressor
+from physident.regressor import Regressor
 from physident.robot import Robot
 from physident.signals import MOVING_SPEED, Filter, Signals, prepare
 
@@ -49,7 +51,7 @@ def identify(
     made = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     _refuse_still_joints(robot, made, signals)
-    regressor = build_regressor(robot, made, signals, filter)
+    made, regressor = settle(robot, made, signals, filter)
     return estimate_from(robot, made, regressor, recordings, estimator, filter, columns)
 
 
@@ -110,13 +112,6 @@ def estimate_from(
     )  # fmt: skip
 
 
-def nearest_to(nominal: Array, base: BaseParameters, values: Array) -> Array:
-    """The parameters (p,) nearest to ``nominal`` whose base parameters are ``values`` (r,): what no motion can show
-    stays where the robot's description has it."""
-    K = base.grouping
-    return nominal + K.T @ np.linalg.solve(K @ K.T, values - K @ nominal)
-
-
 def smallest_share(P: Array) -> float:
     """Smallest eigenvalue of a symmetric matrix over its largest in size; zero for a zero matrix."""
     values = np.linalg.eigvalsh(P)
@@ -127,11 +122,13 @@ def smallest_share(P: Array) -> float:
 def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> None:
     """A joint that never moves hides its own friction and rotor: columns that vanish without its motion."""
     speed = np.max([np.abs(one.v).max(axis=0) for one in signals], axis=0)
-    rest = Signals.of_states(*np.zeros((3, 1, robot.n)))
+    rest = Model.nominal(robot).refer(Signals.of_states(*np.zeros((3, 1, robot.n))))
     for j in np.flatnonzero(speed < MOVING_SPEED):
         hidden = []
         for effect in effects:
             rows = effect.pattern(robot)
+            if not effect.pointwise or effect.shapes:
+                continue
             own = effect.name != "rigid_body" and (rows[:, 0] == j).any()
             if own and not np.abs(effect.values(robot, rest)[rows[:, 0] == j]).any():
                 hidden.append(effect.name)
