@@ -17,6 +17,9 @@ _PUBLIC = {
     "Effect": "effects.effect",
     "CATALOGUE": "effects.catalogue",
     "make_effects": "effects.catalogue",
+    "diagnose": "diagnosis.diagnose",
+    "Diagnosis": "diagnosis.findings",
+    "Finding": "diagnosis.findings",
     "InputError": "errors",
     "NotSolvedError": "errors",
     "PhysidentError": "errors",
@@ -63,6 +66,8 @@ __all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
     from physident.base_parameters import BaseParameters, find_base_parameters
+    from physident.diagnosis.diagnose import diagnose
+    from physident.diagnosis.findings import Diagnosis, Finding
     from physident.effects.catalogue import CATALOGUE, make_effects
     from physident.effects.effect import Column, Cone, Effect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning

@@ -23,6 +23,7 @@ VERBS = (
     "identify",
     "validate",
     "compare",
+    "diagnose",
     "base_parameters",
     "export",
     "payload",

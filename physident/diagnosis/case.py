@@ -20,6 +20,7 @@ from physident.regressor import Regressor, build_regressor
 from physident.signals import Filter, Signals
 
 Array = NDArray[np.float64]
+NEAR = 0.05  # of a joint's torque: an error of a twentieth in a candidate's column costs it 1/400 of its gain
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,14 @@ class Case:
             regressor, (*self.candidates, *placebos), regressor.torque - regressor.predict(theta), self.fold
         )
 
-    def state(self, accepted: Sequence[Accepted], model: Model) -> State:
-        """The evidence beside some accepted effects, with columns that depend on a model by ``model``."""
-        evidence = self.evidence(model)
+    def state(self, accepted: Sequence[Accepted], model: Model, evidence: Evidence | None = None) -> State:
+        """The evidence beside some accepted effects, with columns that depend on a model by ``model``.
+
+        ``evidence`` of a model that is near enough is taken as it is, see ``State.near``.
+        """
+        evidence = self.evidence(model) if evidence is None else evidence
+        every = {c.key: c for c in (*self.candidates, *(c for c in evidence.candidates if c.placebo))}
+        evidence = replace(evidence, candidates=tuple(every.values()))
         taken = {a.candidate.key for a in accepted}
         evidence = replace(evidence, candidates=tuple(c for c in evidence.candidates if c.key not in taken))
         baseline = self.freedom.baseline(evidence.regressor)
@@ -161,6 +167,16 @@ class State:
         baseline = self.baseline.joined(self.case.columns(effect, self.model))
         accepted = (*self.accepted, Accepted(candidate, effect))
         return State(self.case, accepted, self.model, self.evidence, baseline, fit(self.evidence, baseline))
+
+    def near(self, model: Model) -> bool:
+        """Whether candidates' columns by the state's model are as good as by another one, to search among them."""
+        for signals in self.case.signals:
+            before, after = self.model.refer(signals), model.refer(signals)
+            for name in ("load", "motor"):
+                old, new = before.from_model(name), after.from_model(name)
+                if (np.linalg.norm(new - old, axis=0) > NEAR * np.linalg.norm(old, axis=0)).any():
+                    return False
+        return True
 
     @property
     def inside(self) -> NDArray[np.bool_]:

@@ -19,30 +19,46 @@ def left_out_residual(
 
     Each option is the columns (M, k) of an effect in each joint's rows; the best has the largest gain outside the fold.
     """
-    n = len(weights)
-    y = evidence.response * weights
-    B = [w * own for w, own in zip(weights, baseline.joints, strict=True)]
-    C = [[w * own for w, own in zip(weights, option, strict=True)] for option in options]
-    result = np.zeros_like(y)
-    for f in np.unique(evidence.fold[evidence.fold != OUTSIDE]):
-        train, test = (evidence.fold != OUTSIDE) & (evidence.fold != f), evidence.fold == f
-        H = sum(own[train].T @ own[train] for own in B) + np.diag(baseline.prior)
-        inverse = inverted(H)
-        x = inverse @ sum(own[train].T @ y[train, j] for j, own in enumerate(B))
-        left = y - np.column_stack([own @ x for own in B])
-        best, chosen = 0.0, left[test]
-        for option in C:
-            Z = inverse @ sum(own[train].T @ c[train] for own, c in zip(B, option, strict=True))
-            apart = [c - own @ Z for own, c in zip(B, option, strict=True)]
-            inner = sum(c[train].T @ c[train] for c in option)
-            outside = sum(c[train].T @ a[train] for c, a in zip(option, apart, strict=True))
-            slope = sum(c[train].T @ left[train, j] for j, c in enumerate(option))
-            root = whitening(np.asarray(inner)[None], np.asarray(outside)[None])[0]
-            theta = root @ (root.T @ slope)
-            if (seen := float(slope @ theta)) > best:
-                best, chosen = seen, left[test] - np.column_stack([a[test] @ theta for a in apart])
-        result[test] = chosen
-    return result / weights[:n]
+    R, n = len(baseline.prior), len(weights)
+    sizes = [option[0].shape[1] for option in options]
+    places = [np.arange(R + end - k, R + end) for k, end in zip(sizes, np.cumsum(sizes), strict=True)]
+    rows = [
+        w * np.column_stack([baseline.joints[j], *(option[j] for option in options), evidence.response[:, j]])
+        for j, w in enumerate(weights)
+    ]
+    labels = np.unique(evidence.fold[evidence.fold != OUTSIDE])
+    grams = {f: _gram(rows, evidence.fold == f) for f in labels}
+    whole = sum(grams.values())
+    result = np.zeros_like(evidence.response)
+    for f in labels:
+        values = _fitted(whole - grams[f], R, places, baseline.prior)
+        test = evidence.fold == f
+        for j in range(n):
+            result[test, j] = (rows[j][test, -1] - rows[j][test, :-1] @ values) / weights[j]
+    return result
+
+
+def _gram(rows: Sequence[Array], chosen: NDArray[np.bool_]) -> Array:
+    """Products of columns, and of columns and the response, which stands last."""
+    parts = [own[chosen] for own in rows]
+    return np.sum([part.T @ part for part in parts], axis=0)
+
+
+def _fitted(G: Array, R: int, places: Sequence[NDArray[np.intp]], prior: Array) -> Array:
+    """Values of all columns: the baseline's and the best option's, the others' zero."""
+    inverse = inverted(G[:R, :R] + np.diag(prior))
+    values, best = np.zeros(len(G) - 1), 0.0
+    values[:R] = x = inverse @ G[:R, -1]
+    for at in places:
+        Z = inverse @ G[:R, at]
+        inner, slope = G[np.ix_(at, at)], G[at, -1] - G[:R, at].T @ x
+        root = whitening(inner[None], (inner - G[:R, at].T @ Z)[None])[0]
+        theta = root @ (root.T @ slope)
+        if (seen := float(slope @ theta)) > best:
+            best = seen
+            values[R:] = 0.0
+            values[at], values[:R] = theta, x - Z @ theta
+    return values
 
 
 def block_costs(residual: Array, weights: Array, labels: NDArray[np.intp]) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.evidence import Baseline, inverted
 from physident.errors import InputError
-from physident.estimation.decision import BY_DATA
+from physident.estimation.decision import BY_PRIOR
 from physident.estimation.estimate import Estimate
 from physident.model import Model
 from physident.recording import Recording
@@ -89,7 +89,7 @@ def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, .
         information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
     share = base.r / (base.r + estimate.blocks)
     covariance = (1 - share) * estimate.covariance + share * inverted(information)
-    decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_DATA
+    decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_PRIOR
     covariance = covariance * np.outer(decided, decided)
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,10 +95,17 @@ def search(case: Case, progress: Callable[[str], None] = lambda _: None) -> Sear
     return Search(last.state.accepted, last, first)
 
 
-def settled(case: Case, accepted: Sequence[Accepted], model_of: State | None = None) -> State:
-    """The state beside accepted effects, with columns that depend on a model by the extended model itself."""
-    state = case.state(accepted, case.model if model_of is None else model_of.extension.model)
-    return state if not accepted else case.state(accepted, state.extension.model)
+def settled(case: Case, accepted: Sequence[Accepted], before: State | None = None) -> State:
+    """The state beside accepted effects; columns that depend on a model are evaluated by the extended model.
+
+    The columns of candidates stay those of a state ``before`` while the model's torque is near enough to it.
+    """
+    if before is None:
+        before = case.state(accepted, case.model)
+        return before if not accepted else case.state(accepted, before.extension.model)
+    fresh = case.state(accepted, before.model, before.evidence)
+    model = fresh.extension.model
+    return fresh if before.near(model) else case.state(accepted, model)
 
 
 def _forward(case: Case, accepted: tuple[Accepted, ...], progress: Callable[[str], None]) -> tuple[tuple[Accepted, ...], Look, Look]:
@@ -124,7 +131,7 @@ def choose(now: Look) -> int | None:
         candidate = now.state.evidence.candidates[index]
         if candidate.placebo:
             return None  # where a placebo comes next, nothing after it is worth more
-        if _useful(now.state, candidate) and _possible(now.state, candidate) is None:
+        if _useful(now.state, candidate) and possible_sign(now.state, candidate) is None:
             top = index
             break
     if top is None:
@@ -144,7 +151,11 @@ def _smallest(now: Look, top: int, others: Sequence[int]) -> int:
             continue
         loss = costs(state, candidates[index]) - lead
         as_good = loss.sum() < DOUBT * standard_error(loss.sum(axis=1))
-        if as_good and _useful(state, candidates[index]) and _possible(state, candidates[index]) is None:
+        if not as_good or not _useful(state, candidates[index]) or possible_sign(state, candidates[index]):
+            continue
+        beside = state.also(candidates[index], refined(state, candidates[index]))
+        earned = costs(beside, None).sum() - costs(beside, candidates[top]).sum()
+        if earned < now.threshold:  # else both are at work, and the larger gain comes first
             best = index
     return best
 
@@ -170,9 +181,8 @@ def _useful(state: State, candidate: Candidate) -> bool:
     return reduction(costs(state, None), costs(state, candidate), candidate.joints) >= LEAST_REDUCTION
 
 
-def _possible(state: State, candidate: Candidate) -> str | None:
-    best = refined(state, replace(candidate, options=candidate.options))
-    return contradicted(state.also(candidate, best))
+def possible_sign(state: State, candidate: Candidate) -> str | None:
+    return contradicted(state.also(candidate, refined(state, candidate)))
 
 
 def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Accepted, ...]:
@@ -182,7 +192,7 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
         rest = tuple(a for a in kept if a is not one)
         if len(kept) < 2:
             break
-        now = look(case.state(rest, last.state.model), last.threshold)
+        now = look(case.state(rest, last.state.model, last.state.evidence), last.threshold)
         index = [c.key for c in now.state.evidence.candidates].index(one.candidate.key)
         if not now.passes(index):
             kept = rest

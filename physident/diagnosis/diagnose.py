@@ -1,0 +1,147 @@
+"""The diagnosis: what recordings show that a model does not, named, measured and added to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.case import Case, State
+from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
+from physident.diagnosis.intervals import certainty
+from physident.diagnosis.left_out import left_out_residual
+from physident.diagnosis.question import ask
+from physident.diagnosis.refit import as_estimate, refit
+from physident.diagnosis.remainder import Remainder, describe
+from physident.diagnosis.report import findings
+from physident.diagnosis.rivals import examine
+from physident.diagnosis.search import Look, Search, search, settled
+from physident.diagnosis.shape import refined
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.estimation.identify import prepare_all
+from physident.model import Model
+from physident.recording import Recording
+from physident.signals import Filter
+from physident.validation import compare, validate, with_gains
+from physident.visibility import VISIBLE
+
+Array = NDArray[np.float64]
+
+
+def diagnose(
+    model: Estimate | Model,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording] = (),
+    filter: Filter | None = None,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """What recordings show that a model does not: causes with their proof on rows or recordings that were left out.
+
+    An ``Estimate`` asks what is missing from it, given the recordings it was fitted to, or what is different, given new
+    ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter`` is for a ``Model`` alone; ``seed``
+    draws the surrogates. Raises InputError for no recordings, a mixture of fitted and new ones, currents without gains.
+    """
+    question = ask(model, recordings)
+    if isinstance(model, Estimate) and filter is not None:
+        raise InputError("a filter was given beside an estimate, which has its own; expected none")
+    used = model.filter if isinstance(model, Estimate) else filter or Filter()
+    gains = model.drive_gains if isinstance(model, Estimate) else None
+    gained = [with_gains(recording, gains) for recording in recordings]
+    _refuse_seen(model, recordings, holdout)
+    arm = model.model if isinstance(model, Estimate) else model
+    case = Case.open(question, model, prepare_all(arm.robot, gained, used), used, seed)
+    found = search(case, progress)
+    state = _polished(case, found)
+    last = replace(found.last, state=state)
+    sure = certainty(state)
+    named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure)
+    extended = refit(state, sure, gained) if named else None
+    remainder = describe(state)
+    before, after = _levels(case, found.first.state, state, model, extended, holdout)
+    return Diagnosis(
+        question, _verdict(bool(named), remainder), named, before, after,
+        "holdout" if holdout else "left-out rows", None, _placebos(found.last), _unseen(found.first), remainder,
+        (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
+        model.columns if isinstance(model, Estimate) else None, gains, case.freedom.held,
+    )  # fmt: skip
+
+
+def _polished(case: Case, found: Search) -> State:
+    """The last state with every shape refined beside all others, and all columns by the extended model."""
+    accepted = list(found.accepted)
+    if not accepted:
+        return found.last.state
+    model, evidence = found.last.state.model, found.last.state.evidence
+    for i, one in enumerate(accepted):
+        if len(one.candidate.options) > 1 and len(accepted) > 1:
+            rest = case.state([*accepted[:i], *accepted[i + 1 :]], model, evidence)
+            accepted[i] = replace(one, effect=refined(rest, one.candidate))
+    return settled(case, accepted)
+
+
+def _refuse_seen(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
+    fitted = {source.sha256 for source in model.sources} if isinstance(model, Estimate) else set()
+    for one in holdout:
+        if one.sha256 in fitted or one.sha256 in {r.sha256 for r in recordings}:
+            raise InputError(
+                f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that nothing has seen"
+            )
+
+
+def _verdict(named: bool, remainder: Sequence[Remainder]) -> Verdict:
+    structured = any(one.structured for one in remainder)
+    if named:
+        return "partly_explained" if structured else "explained"
+    return "unexplained" if structured else "nothing_missing"
+
+
+def _levels(
+    case: Case, first: State, last: State, model: Estimate | Model, extended: Estimate | None, holdout: Sequence[Recording]
+) -> tuple[Levels, Levels]:
+    """Errors before and after: on the holdout where there is one, else on rows that were left out."""
+    if holdout:
+        start = as_estimate(model, case.filter)
+        if extended is None:
+            score = validate(start, holdout)
+            return (Levels(score.rms, score.relative),) * 2
+        gain = compare(start, extended, on=holdout)
+        return Levels(gain.before.rms, gain.before.relative), Levels(gain.after.rms, gain.after.relative)
+    return _left_out(first), _left_out(last)
+
+
+def _left_out(state: State) -> Levels:
+    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights)
+    regressor, inside = state.evidence.regressor, state.inside
+    each = []
+    for index in np.unique(regressor.recording[inside]):
+        rows = inside & (regressor.recording == index)
+        size = np.linalg.norm(regressor.torque[rows], axis=0)
+        each.append(100 * np.linalg.norm(residual[rows], axis=0) / np.where(size > 0, size, 1.0))
+    rows = np.maximum(regressor.counted[inside].sum(axis=0), 1)
+    return Levels(np.sqrt((residual[inside] ** 2).sum(axis=0) / rows), np.mean(each, axis=0))
+
+
+def _placebos(last: Look) -> tuple[Placebo, ...]:
+    return tuple(
+        Placebo(c.name, c.joints[0], float(gain), last.threshold)
+        for c, gain in zip(last.state.evidence.candidates, last.gain, strict=True)
+        if c.placebo
+    )
+
+
+def _unseen(first: Look) -> tuple[Unseen, ...]:
+    """Effects that lie inside the baseline, or show no torque, at the first look."""
+    result = []
+    for candidate, share in zip(first.state.evidence.candidates, first.share, strict=True):
+        if share < VISIBLE and not candidate.placebo:
+            reason = "shows no torque" if share <= 0 else "inside what the baseline may take up"
+            result.append(Unseen(candidate.name, candidate.joints, reason))
+    return tuple(result)
+
+
+def _used(recordings: Sequence[Recording], role: str) -> tuple[Used, ...]:
+    return tuple(Used(r.source, r.sha256, role) for r in recordings)

@@ -1,0 +1,119 @@
+"""A diagnosis as text on one screen: the answer first, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from physident.diagnosis.findings import Diagnosis, Finding, Value
+
+ASKED = {
+    "missing": "what is missing from the model",
+    "different": "what is different from when the model was identified",
+    "nominal": "what the nominal model gets wrong",
+}
+ANSWERED = {
+    "explained": "explained: what remains is noise",
+    "partly_explained": "partly explained: structure remains that no effect of the catalogue takes up",
+    "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, what remains is noise",
+    "unexplained": "unexplained: structure remains, and no effect of the catalogue predicts it on unseen data",
+}
+SHOWN = 8  # findings; the JSON has all
+VALUES = 3  # of a finding
+
+
+def diagnosis_text(d: Diagnosis) -> str:
+    """The printed form of a diagnosis."""
+    rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
+    rows += _levels(d)
+    for number, finding in enumerate(d.findings[:SHOWN], 1):
+        rows += ["", *_finding(number, finding)]
+    if len(d.findings) > SHOWN:
+        rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
+    rows += ["", *_remainder(d), *_checks(d)]
+    return "\n".join(rows)
+
+
+def _answer(d: Diagnosis) -> str:
+    if not d.findings:
+        return "nothing that these recordings prove"
+    return "; ".join(_named(f.effect, f.joints) for f in d.findings[:SHOWN])
+
+
+def _named(effect: str, joints: Sequence[int]) -> str:
+    if not joints:
+        return effect
+    word = "link" if effect == "link_inertia" else "joint"
+    return f"{effect} ({word}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+
+
+def _levels(d: Diagnosis) -> list[str]:
+    count = len(d.before.rms)
+    rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
+    width = len(rows[0]) - 9 * count
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
+    return rows
+
+
+def _finding(number: int, f: Finding) -> list[str]:
+    low, high = f.gain.interval95
+    rows = [
+        f"{number}. {_named(f.effect, f.joints)}: RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m on left-out rows,"
+        f" {f.gain.reduction_percent:.1f} % less [{low:.1f}, {high:.1f}]"
+    ]
+    many = len(f.parameters) > 2 * VALUES
+    shown = f.parameters[: 2 * VALUES]
+    texts = [_value(v, len(f.joints) > 1) for v in shown]
+    rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
+    if many:
+        rows[-1] += f", and {len(f.parameters) - len(shown)} more"
+    if f.intervals:
+        rows.append("   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals))
+    if f.rivals:
+        rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell. {f.advice}")
+    return rows
+
+
+def _value(v: Value, several: bool) -> str:
+    place = f" of joint {v.joint}" if several else ""
+    changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
+    return f"{v.name}{place} {v.value:.4g} {v.unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}"
+
+
+def _remainder(d: Diagnosis) -> list[str]:
+    left = [r for r in d.remainder if r.structured]
+    if not left:
+        return ["what remains has no more memory than filtered noise"]
+    rows = ["what remains and is not noise, not named:"]
+    return rows + [
+        f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.looks}"
+        for r in left
+    ]
+
+
+def _checks(d: Diagnosis) -> list[str]:
+    passed = [p for p in d.placebos if p.passed]
+    rows = []
+    if d.placebos:
+        top = max(d.placebos, key=lambda p: p.gain)
+        rows.append(
+            f"placebos: {len(passed)} of {len(d.placebos)} passed the gate (best {top.gain:.1f}, gate {top.threshold:.1f})"
+            + ("; distrust this diagnosis" if passed else "")
+        )
+    cells: dict[str, list[int]] = {}
+    for u in d.unseen:
+        cells.setdefault(u.effect, []).extend(u.joints)
+    if cells:
+        names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
+        rows.append(f"cannot tell here: {names}")
+    if d.held:
+        rows.append(f"never identified, held as they are: {', '.join(d.held[:8])}{' ...' if len(d.held) > 8 else ''}")
+    return rows
+
+
+def _brief(effect: str, joints: Sequence[int]) -> str:
+    return effect + (f" {','.join(map(str, dict.fromkeys(joints)))}" if joints else "")

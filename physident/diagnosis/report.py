@@ -1,0 +1,112 @@
+"""From accepted effects to findings: joined over joints, with values, intervals, gains and rivals."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.case import Accepted, State
+from physident.diagnosis.evidence import blocks
+from physident.diagnosis.findings import Finding, Reduction, Rival, Value
+from physident.diagnosis.intervals import Certainty, resampled_reduction
+from physident.diagnosis.left_out import block_costs, left_out_residual
+from physident.diagnosis.rivals import Examined
+from physident.effects.catalogue import CATALOGUE
+
+Array = NDArray[np.float64]
+ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
+
+
+def findings(state: State, examined: Sequence[Examined], sure: Certainty) -> tuple[Finding, ...]:
+    """One finding for each cause, the same effect on several joints joined, in order of left-out gain."""
+    groups: dict[object, list[Examined]] = {}
+    for one in examined:
+        name = one.accepted.candidate.name
+        groups.setdefault(one.accepted.candidate.key if name in ONE_BY_ONE else name, []).append(one)
+    made = [_finding(state, group, sure) for group in groups.values()]
+    return tuple(sorted(made, key=lambda f: -f.evidence))
+
+
+def _finding(state: State, group: Sequence[Examined], sure: Certainty) -> Finding:
+    group = sorted(group, key=lambda e: e.accepted.candidate.joints)
+    name = group[0].accepted.candidate.name
+    joints = tuple(j for e in group for j in e.accepted.candidate.joints)
+    values = tuple(v for e in group for v in _values(state, e.accepted, sure))
+    rivals = _joined([c.key for e in group for c in e.rivals])
+    contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
+    return Finding(
+        name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
+        _advice(name, rivals), float(sum(e.gain for e in group)),
+    )  # fmt: skip
+
+
+def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
+    """Rivals of one name joined over joints."""
+    found: dict[object, set[int]] = {}
+    for name, joints in keys:
+        found.setdefault((name, joints) if name in ONE_BY_ONE else (name,), set()).update(joints)
+    return tuple(Rival(key[0], tuple(sorted(joints))) for key, joints in found.items())  # pyright: ignore[reportIndexIssue]
+
+
+def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -> Reduction:
+    rest = state.case.state([a for a in state.accepted if a not in group], state.model, state.evidence)
+    weights = 1 / state.fit.sigma
+    own = [j - 1 for j in joints] or list(range(len(weights)))
+    labels = blocks(state.evidence, float(state.fit.memory.max()))
+    options = list(
+        itertools.chain.from_iterable(
+            [c for c in zip(*(state.case.columns(a.effect, state.model) for a in group), strict=True)] for _ in (0,)
+        )
+    )
+    joined = [np.column_stack(columns) for columns in options]
+    before, after = (
+        block_costs(left_out_residual(rest.evidence, rest.baseline, rest.fit.weights, o), weights, labels)[:, own]
+        for o in ([], [joined])
+    )
+    rows = np.count_nonzero(labels >= 0) * np.sum(weights[own] ** 2)
+    low, high = resampled_reduction(before.sum(axis=1), after.sum(axis=1), state.case.seed)
+    sizes = [float(np.sqrt(x.sum() / rows)) for x in (before, after)]
+    return Reduction(sizes[0], sizes[1], 100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0, (low, high))
+
+
+def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
+    """The effect's parameters in the extended model, and its shapes."""
+    at = [a.candidate.key for a in state.accepted].index(accepted.candidate.key)
+    model, effect = state.extension.model, accepted.effect
+    old = {c.name: float(v) for c, v in zip(state.case.model.columns, state.case.model.theta, strict=True)}
+    result = []
+    for column, place in zip(effect.columns(model.robot), state.extension.places[at], strict=True):
+        value, error = float(model.theta[place]), float(np.sqrt(max(sure.covariance[place, place], 0.0)))
+        ends = (value - sure.half * error, value + sure.half * error)
+        change = value - old.get(column.name, 0.0)
+        result.append(Value(_short(column.name, effect.name), column.joint, value, change, error, ends, column.unit))
+    if len(accepted.candidate.options) == 1:
+        return result
+    joint = (accepted.candidate.joints or (0,))[0]
+    for shape in effect.shapes:
+        if getattr(effect, shape.field) is None:
+            continue
+        value, error = float(getattr(effect, shape.field)[0]), sure.shapes.get(accepted.candidate.key, 0.0)
+        ends = (value - sure.half * error, value + sure.half * error)
+        result.append(Value(shape.field, joint, value, value, error, ends, shape.unit))
+    return result
+
+
+def _short(name: str, effect: str) -> str:
+    """A column's name without its effect and joint, where something is left: payload_mass is mass."""
+    rest = name.removeprefix(effect).lstrip("_")
+    stem = "_".join(part for part in rest.split("_") if not part.isdigit())
+    return stem or effect
+
+
+def _advice(name: str, rivals: Sequence[Rival]) -> str:
+    """What would separate the first rival, and the command that designs the motion."""
+    if not rivals:
+        return ""
+    other = rivals[0].effect
+    said = [text for own, text in ((other, CATALOGUE[name].rivals), (name, CATALOGUE[other].rivals)) if own in text]
+    how = said[0] if said else CATALOGUE[name].rivals
+    return f"{how}; physident design --discriminate {name} {other}"
