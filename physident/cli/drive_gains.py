@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import ColumnsOption, CutoffOption, JsonOption, RobotOption, app, read_recordings
+from physident.cli.app import ColumnsOption, CutoffOption, JsonOption, RobotOption, app, check_outputs, read_recordings
 from physident.errors import InputError
 
 
@@ -32,6 +32,7 @@ def drive_gains(
 
     if robot is None:
         raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
+    check_outputs([*unloaded, *loaded, robot], json_out)
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     without, with_load = (read_recordings(paths, columns, None) for paths in (unloaded, loaded))
     filter = Filter() if cutoff is None else Filter(cutoff)

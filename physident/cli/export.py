@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import ModelOption, app
+from physident.cli.app import ModelOption, app, check_outputs
 from physident.errors import InputError
 
 
@@ -28,9 +28,7 @@ def export(
 
     if urdf is None and json_out is None and python is None:
         raise InputError("nothing to write, expected --urdf out.urdf, --json out.json or --python out.py")
-    given = [path for path in (urdf, json_out, python) if path is not None]
-    if len(set(given)) < len(given):
-        raise InputError(f"{given[0]} is given for more than one output, expected a file for each")
+    check_outputs([model], urdf, json_out, python)
     estimate = load_estimate(model)
     texts: dict[Path, str] = {}  # all made before any is written
     made = None if urdf is None else urdf_of(estimate.model)

@@ -14,6 +14,7 @@ from physident.cli.app import (
     ModelOption,
     Recordings,
     app,
+    check_outputs,
     read_recordings,
 )
 
@@ -33,8 +34,11 @@ def payload(
     from physident.payload import identify_payload
     from physident.validation import with_cutoff
 
+    check_outputs([*recordings, model], json_out)
     estimate = with_cutoff(load_estimate(model), cutoff)
-    found = identify_payload(estimate, read_recordings(recordings, columns or estimate.columns, drive_gains))
+    found = identify_payload(
+        estimate, read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    )
     if json_out is not None:
         write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
     typer.echo(repr(found))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import app
+from physident.cli.app import app, check_outputs
 from physident.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def simulate(
 
     if out.suffix != ".csv":
         raise InputError(f"--out is {str(out)!r}, expected a file that ends in .csv")
+    check_outputs([trajectory, model, robot, sensors], out)
     chosen = load_sensors(sensors) if sensors else Sensors()
     motion = load_trajectory(trajectory)
     simulation = Simulation(_arm(model, robot), motion, _controller(controller), chosen, seed=seed)

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 SCHEMA = "physident.trajectory/1"
 LIMIT_TOLERANCE = 1e-4  # relative: a motion designed to touch a limit does not break it
 MAX_SAMPLES = 10_000_000
+LARGEST = 1e9  # of any number that describes a motion: its squares and sums stay finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +84,13 @@ class Motion(ABC):
                 broken.append(
                     f"joint {j + 1} goes from {low:.4g} to {high:.4g} {unit}, allowed is {robot.lower[j]:.4g} to {robot.upper[j]:.4g} {unit}"
                 )
-            for name, per, reached, limit in (
-                ("speed", "s", extent.speed[j], robot.velocity_limit[j]),
-                ("acceleration", "s^2", extent.acceleration[j], acceleration_limit[j]),
+            for article, name, per, reached, limit in (
+                ("a", "speed", "s", extent.speed[j], robot.velocity_limit[j]),
+                ("an", "acceleration", "s^2", extent.acceleration[j], acceleration_limit[j]),
             ):
                 if reached > limit * (1 + LIMIT_TOLERANCE):
                     broken.append(
-                        f"joint {j + 1} reaches a {name} of {reached:.4g} {unit}/{per}, allowed is {limit:.4g}"
+                        f"joint {j + 1} reaches {article} {name} of {reached:.4g} {unit}/{per}, allowed is {limit:.4g}"
                     )
         return broken
 
@@ -108,14 +109,17 @@ class Motion(ABC):
 
 
 def checked(name: str, values: Any, shape: tuple[int | None, ...]) -> Array:
-    """A read-only array of finite numbers; raises InputError for another shape, None standing for any length."""
+    """A read-only array of numbers up to 1e9; raises InputError for another shape, None standing for any length."""
     try:
         array = np.array(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"trajectory: {name} holds what is no number, expected an array of numbers") from None
     fits = array.ndim == len(shape) and all(want in (None, came) for want, came in zip(shape, array.shape, strict=True))
-    if not fits or not array.size or not np.isfinite(array).all():
+    if not fits or not array.size:
         wanted = ", ".join("any" if s is None else str(s) for s in shape)
-        raise InputError(f"trajectory: {name} has shape {array.shape}, expected finite numbers of shape ({wanted})")
+        raise InputError(f"trajectory: {name} has shape {array.shape}, expected numbers of shape ({wanted})")
+    if not (np.abs(array) <= LARGEST).all():
+        bad = array[~(np.abs(array) <= LARGEST)][0]
+        raise InputError(f"trajectory: {name} holds {bad:g}, expected finite numbers up to {LARGEST:g}")
     array.setflags(write=False)
     return array

@@ -11,13 +11,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from physident.errors import InputError
-from physident.excitation.motion import SCHEMA, Array, Extent, Motion, checked
+from physident.excitation.motion import LARGEST, SCHEMA, Array, Extent, Motion, checked
 from physident.excitation.point_to_point import PointToPoint
+from physident.files import read_text
 from physident.robot import Robot
 from physident.signals import Signals
 
 NODES = 400  # for each period of the highest harmonic: the bound of the peak is then 3e-5 too wide
 REST = 1e-9  # rad/s, rad/s^2: slower than any encoder can tell
+MAX_FILE = 20_000_000  # bytes
+MAX_HARMONICS = 200  # the peaks of a period are found on 400 nodes for each
 FREE_RANGE = math.pi  # rad: how far from zero a joint without position limits is sent
 FREE_SPEED = math.pi  # rad/s, and rad/s^2: for joints without limits of speed or acceleration, those of a UR5
 
@@ -50,8 +53,12 @@ class Trajectory(Motion):
         }
         for key in ("base_frequency", "duration"):
             values[key] = checked(key, getattr(self, key), ()).item()
-            if values[key] <= 0:
-                raise InputError(f"trajectory: {key} is {values[key]:g}, expected a positive number")
+            if values[key] < 1 / LARGEST:
+                raise InputError(
+                    f"trajectory: {key} is {values[key]:g}, expected a positive number, {1 / LARGEST:g} at least"
+                )
+        if a.shape[1] > MAX_HARMONICS:
+            raise InputError(f"trajectory: {a.shape[1]} harmonics, expected at most {MAX_HARMONICS}")
         for key, value in values.items():
             object.__setattr__(self, key, value)
 
@@ -180,12 +187,10 @@ def load_trajectory(path: str | Path) -> Motion:
 
     Raises InputError where the file is missing, no JSON, of another schema or not complete.
     """
+    text = read_text(path, MAX_FILE, f"a trajectory of schema {SCHEMA}")
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not text"
-        raise InputError(f"trajectory {str(path)!r} cannot be read ({reason}); expected a JSON file") from None
-    except (json.JSONDecodeError, RecursionError) as error:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({error}); expected a trajectory of schema {SCHEMA}") from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__

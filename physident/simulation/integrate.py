@@ -22,6 +22,7 @@ LONGEST_STEP = 0.02  # s: five steps in a period of 10 Hz, as fast as an arm's m
 HALVINGS = 8
 SMOOTHED = 4  # halvings spent on a step that converges but is rough
 SINGULAR = 1e-10  # of the inertia matrix' largest eigenvalue
+MAX_STEPS = 1_000_000  # an hour at the default step
 CHUNK = 500  # steps planned together
 RUNAWAY = 200.0  # rad/s, m/s: ten times as fast as any arm
 ASTRAY = 1.0  # rad, m: an arm this far from its motion does not follow it
@@ -44,6 +45,10 @@ def integrate(
     NotSolvedError where a step does not converge.
     """
     check_step(step)
+    if motion.duration > MAX_STEPS * step:
+        raise InputError(
+            f"simulation: a motion of {motion.duration:.4g} s is more than {MAX_STEPS} steps of {step:g} s; expected a shorter motion or a slower rate"
+        )
     plant = Plant(model, temperature)
     _check(plant, motion)
     start = motion.states(np.zeros(1))

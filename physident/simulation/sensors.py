@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.files import write_text
+from physident.files import read_text, write_text
 from physident.formats.table import Table
 from physident.robot import Robot
 from physident.signals import Signals
@@ -22,6 +22,9 @@ PerJoint = float | tuple[float, ...]
 SCHEMA = "physident.sensors/1"
 VELOCITIES = ("tachometer", "encoder", "none")
 EFFORTS = ("torque", "current")
+MAX_FILE = 1_000_000  # bytes
+LARGEST = 1e9  # of any setting: sums and products of noise stay finite
+SLOWEST, FASTEST = 10.0, 1e5  # Hz: a slower clock is no recording of a motion
 GLITCHES = (1e290, -1e290, 1e-153)  # what a torn write leaves in a file
 
 
@@ -77,15 +80,19 @@ class Sensors:
                 continue
             several = field.name not in ("rate", "jitter", "delay", "dropped", "corrupted")
             if not _numbers(value) or (isinstance(value, tuple) and not several) or (np.array(value) < 0).any():
-                raise InputError(f"sensors: {field.name} is {value!r}, expected finite numbers, none negative")
+                raise InputError(
+                    f"sensors: {field.name} is {value!r}, expected numbers up to {LARGEST:g}, none negative"
+                )
         for name, known in (("velocity", VELOCITIES), ("effort", EFFORTS)):
             if getattr(self, name) not in known:
                 raise InputError(f"sensors: {name} is {getattr(self, name)!r}, expected one of {', '.join(known)}")
+        if not isinstance(self.drive_gains, tuple | None):
+            raise InputError(f"sensors: drive_gains is {self.drive_gains}, expected a list, one for each joint [N m/A]")
         for name in ("dropped", "corrupted"):
             if getattr(self, name) >= 0.5:
                 raise InputError(f"sensors: {name} is {getattr(self, name)}, expected a share of the rows below 0.5")
-        if not 1 <= self.rate <= 1e5:
-            raise InputError(f"sensors: rate is {self.rate} Hz, expected 1 to 100000 Hz")
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise InputError(f"sensors: rate is {self.rate} Hz, expected {SLOWEST:g} to {FASTEST:g} Hz")
         if self.temperature is not None and not isinstance(self.temperature, Warming):
             raise InputError(f"sensors: temperature is {self.temperature!r}, expected start, rise and time_constant")
 
@@ -115,6 +122,14 @@ class Sensors:
             channels["temperature"] = self.temperature.at(time, robot.n)
         return self._faults(time, channels, rng)
 
+    def check(self, robot: Robot) -> None:
+        """Raises InputError for settings that are not one or one for each of the robot's joints, and for currents of a
+        robot without drives."""
+        for name in ("encoder_step", "velocity_noise", "current_noise", "torque_constant_noise", "torque_noise"):
+            self._per_joint(getattr(self, name), robot)
+        if self.effort == "current" or np.any(self.current_noise):
+            self.gains(robot)
+
     def gains(self, robot: Robot) -> Array:
         """Drive gains K_T G (n,) [N m/A]; raises InputError where neither these sensors nor the robot state any."""
         if self.drive_gains is not None:
@@ -122,7 +137,7 @@ class Sensors:
                 raise InputError(
                     f"sensors: drive_gains are {self.drive_gains}, expected {robot.n} positive numbers [N m/A]"
                 )
-            return np.array(self.drive_gains)
+            return np.array(self.drive_gains, dtype=float)
         if robot.drives is None:
             raise InputError(f"sensors: currents need drives, robot {robot.name} states none; give drive_gains [N m/A]")
         return np.array([drive.torque_constant * drive.gear_ratio for drive in robot.drives])
@@ -163,12 +178,10 @@ class Sensors:
 def load_sensors(path: str | Path) -> Sensors:
     """Sensors from a JSON file (schema physident.sensors/1) with any of the settings of ``Sensors``; raises InputError
     where it is missing, no JSON, of another schema, or names a setting that does not exist."""
+    text = read_text(path, MAX_FILE, f"sensors of schema {SCHEMA}")
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not text"
-        raise InputError(f"sensors {str(path)!r} cannot be read ({reason}); expected a JSON file") from None
-    except (json.JSONDecodeError, RecursionError) as error:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({error}); expected sensors of schema {SCHEMA}") from None
     if not isinstance(data, dict) or data.pop("schema", None) != SCHEMA:
         raise InputError(f"{path}: expected an object with schema {SCHEMA!r}")
@@ -190,7 +203,7 @@ def load_sensors(path: str | Path) -> Sensors:
 
 def _numbers(value: Any) -> bool:
     numbers = value if isinstance(value, tuple) else (value,)
-    return all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in numbers)
+    return all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST for x in numbers)
 
 
 def _quantised(values: Array, step: Array) -> Array:

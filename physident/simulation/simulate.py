@@ -13,7 +13,7 @@ from physident.errors import InputError
 from physident.excitation.motion import Motion
 from physident.formats.table import Table
 from physident.model import Model
-from physident.recording import Recording, recording_from_rows
+from physident.recording import MIN_DURATION, Recording, recording_from_rows
 from physident.signals import Signals
 from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate
@@ -39,6 +39,11 @@ class Simulation:
         """What the sensors write into a file, bad rows included."""
         sensors, robot = self.sensors, self.model.robot
         check_step(self.step)
+        sensors.check(robot)
+        if self.trajectory.duration < MIN_DURATION:
+            raise InputError(
+                f"simulation: the motion lasts {self.trajectory.duration:g} s, expected at least {MIN_DURATION:g} s"
+            )
         # sampling instants lie on the integration's grid, so that without jitter nothing is interpolated
         period = 1 / sensors.rate
         step = period / math.ceil(period / self.step - 1e-9)
