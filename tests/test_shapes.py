@@ -54,6 +54,14 @@ def test_a_strong_shape_is_found_within_ten_percent(
     estimate = pid.identify(ur5, runs, [*DEFAULT, effect], filter=pid.Filter(8.0))
     (found,) = getattr(estimate.model.effects[-1], field)
     assert found == pytest.approx(truth, rel=0.1)
+    if not effect.shapes[0].discrete:
+        (shape,) = estimate.shapes
+        assert (shape.value, shape.joint, shape.field) == (found, 3, field)
+        assert abs(found - truth) < 4 * shape.std < truth
+        # a parameter beside a shape that had to be found is less sure than beside one that is given
+        given = pid.identify(ur5, runs, [*DEFAULT, estimate.model.effects[-1]], filter=pid.Filter(8.0))
+        assert given.shapes == ()
+        assert (np.diag(estimate.covariance) >= 0.9 * np.diag(given.covariance)).all()
 
 
 def test_load_dependent_friction_settles_on_the_truth(ur5: pid.Robot) -> None:

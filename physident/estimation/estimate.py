@@ -18,6 +18,7 @@ from physident.errors import InputError
 from physident.estimation.certificate import Certificate
 from physident.estimation.cones import physical_cones
 from physident.estimation.estimators import Estimator, estimator_as_dict, estimator_from_dict
+from physident.estimation.shape_errors import FoundShape
 from physident.estimation.uncertainty import t_quantile
 from physident.files import read_text, write_text
 from physident.model import Model
@@ -48,6 +49,7 @@ class Estimate:
     ``filter``, ``columns`` and ``drive_gains`` are remembered for recordings to come. ``blocks`` are behind the
     covariance. A physical estimate says what decided it: ``shares`` (p,) of the information of independent directions
     that came from data, ``base_shares`` (r,) of each base parameter, ``held`` the cones it rests on.
+    ``shapes`` are the shape parameters that were found, not given; their uncertainty is in ``covariance``.
     """
 
     model: Model
@@ -66,6 +68,7 @@ class Estimate:
     shares: tuple[float, ...] = ()
     base_shares: tuple[float, ...] = ()
     held: tuple[str, ...] = ()
+    shapes: tuple[FoundShape, ...] = ()
 
     @property
     def method(self) -> str:
@@ -121,6 +124,7 @@ class Estimate:
             "shares": list(self.shares),
             "base_shares": list(self.base_shares),
             "held": list(self.held),
+            "shapes": [vars(shape) for shape in self.shapes],
             "violations": list(self.violations),
             "base_parameters": [
                 {"expression": text, "value": float(value), "std": float(std)}
@@ -184,6 +188,7 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
         shares=tuple(data["shares"]),
         base_shares=tuple(data["base_shares"]),
         held=tuple(data["held"]),
+        shapes=tuple(FoundShape(**shape) for shape in data["shapes"]),
     )
     _check(estimate)
     return estimate

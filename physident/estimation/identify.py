@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from physident.estimation.estimators import WLS, Estimator, Physical, Robust, ma
 from physident.estimation.least_squares import least_squares
 from physident.estimation.nearest import nearest_to
 from physident.estimation.robust import robust_least_squares
+from physident.estimation.shape_errors import Slopes, shape_slopes
 from physident.estimation.shapes import settle
 from physident.model import Model
 from physident.recording import Recording
@@ -51,8 +53,34 @@ def identify(
     made = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     _refuse_still_joints(robot, made, signals)
-    made, regressor = settle(robot, made, signals, filter)
-    return estimate_from(robot, made, regressor, recordings, estimator, filter, columns)
+    found, regressor = settle(robot, made, signals, filter)
+    estimate = estimate_from(robot, found, regressor, recordings, estimator, filter, columns)
+    slopes = shape_slopes(robot, made, found, estimate.theta, signals, filter)
+    return with_shape_errors(estimate, regressor, slopes)
+
+
+def with_shape_errors(estimate: Estimate, regressor: Regressor, slopes: Slopes) -> Estimate:
+    """The estimate with what the uncertainty of its found shapes adds: to first order a shape is one more column."""
+    robot, effects = estimate.model.robot, estimate.model.effects
+    if not slopes.places:
+        return estimate
+    grown, base = slopes.added_to(regressor, estimate.base)
+    nominal = np.concatenate([Model.nominal(robot, effects).theta, np.zeros(len(slopes.places))])
+    noise = "equal" if estimate.method == "ols" else "diagonal"
+    covariance = least_squares(grown, base, nominal, noise).covariance
+    r = estimate.base.r
+    # a physical estimate's own covariance also holds what its prior knows: only the shapes' share is added to it
+    added = (
+        covariance[:r, :r] - least_squares(regressor, estimate.base, nominal[: len(estimate.theta)], noise).covariance
+    )
+    total = covariance[:r, :r] if estimate.method in ("ols", "wls") else estimate.covariance + _positive(added)
+    return replace(estimate, covariance=total, shapes=slopes.found(robot, effects, covariance))
+
+
+def _positive(matrix: Array) -> Array:
+    """The nearest symmetric matrix (r, r) without negative eigenvalues: noise of a difference is no certainty."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    return (vectors * np.maximum(values, 0.0)) @ vectors.T
 
 
 def prepare_all(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:

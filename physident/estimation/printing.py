@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,8 @@ from physident.estimation.estimators import Physical
 if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
 
+WIDTH = 100  # characters of a line
+LISTED = 12  # parameters listed one by one
 VAGUE = 0.5  # a base parameter whose standard error exceeds this share of its value is called vague
 
 
@@ -23,7 +26,7 @@ def estimate_text(estimate: Estimate) -> str:
     vague = np.flatnonzero(std > VAGUE * np.abs(values))
     prior = "" if estimate.prior_weight is None else _prior(estimate)
     rows = [
-        f"Estimate of {model.robot.name} by {estimate.method}{prior}: {len(estimate.sources)} recordings, {used:.0f} s in motion,"
+        f"Estimate of {model.robot.name} by {estimate.method}{prior}: {counted(len(estimate.sources))}, {used:.0f} s in motion,"
         f" cutoff {estimate.filter.cutoff:g} Hz",
         f"{base.r} base parameters of {len(model.columns)}; the data decide {certificate.determined};"
         f" condition {certificate.condition:.3g}",
@@ -46,6 +49,11 @@ def estimate_text(estimate: Estimate) -> str:
         else "verdict: physical: every link is a rigid body, friction dissipates"
     )
     return "\n".join(rows)
+
+
+def counted(recordings: int) -> str:
+    """A number of recordings in words."""
+    return "1 recording" if recordings == 1 else f"{recordings} recordings"
 
 
 def _prior(estimate: Estimate) -> str:
@@ -81,25 +89,42 @@ def _decided(estimate: Estimate) -> str:
 
 
 def _joint_table(estimate: Estimate) -> list[str]:
+    """A row a joint; effects with one parameter a joint are columns, side by side as far as the width goes."""
     model = estimate.model
+    counts = Counter((c.effect, c.joint) for c in model.columns)
     effects = [e for e in dict.fromkeys(c.effect for c in model.columns) if e != "rigid_body"]
+    single = [e for e in effects if all(count == 1 for (name, _), count in counts.items() if name == e)]
     units = {c.effect: c.unit for c in model.columns}
-    heads = [f"{effect.replace('_', ' ')} [{units[effect]}]" for effect in effects]
-    widths = [max(19, len(head)) for head in heads]
-    rows = ["joint  error %  sigma [N m]  worth  " + "  ".join(h.rjust(w) for h, w in zip(heads, widths, strict=True))]
     errors = estimate.standard_errors
-    for j in range(model.robot.n):
-        cells = [_cell(estimate, errors, effect, j + 1) for effect in effects]
-        rows.append(
-            f"{j + 1:5d}  {estimate.relative[j]:7.2f}  {estimate.sigma[j]:11.4g}  {estimate.effective_samples[j]:5.0f}  "
-            + "  ".join(c.rjust(w) for c, w in zip(cells, widths, strict=True))
-        )
+    first = ["joint  error %  sigma N m  worth", " " * 32]
+    first += [
+        f"{j + 1:5d}  {estimate.relative[j]:7.2f}  {estimate.sigma[j]:9.4g}  {estimate.effective_samples[j]:5.0f}"
+        for j in range(model.robot.n)
+    ]
+    blocks = [first]
+    for effect in single:
+        cells = [_cell(estimate, errors, effect, j + 1) for j in range(model.robot.n)]
+        width = max(len(text) for text in (effect, *cells)) + 2
+        column = [text.rjust(width) for text in (effect, f"[{units[effect]}]", *cells)]
+        if len(blocks[-1][0]) + width > WIDTH:
+            blocks.append(["joint", "     ", *(f"{j + 1:5d}" for j in range(model.robot.n))])
+        blocks[-1] = [row + more for row, more in zip(blocks[-1], column, strict=True)]
+    rows = [row.rstrip() for block in blocks for row in (*block, "")][:-1]
+    others = [i for i, c in enumerate(model.columns) if c.effect in effects and c.effect not in single]
+    for i in others[:LISTED]:
+        c = model.columns[i]
+        rows.append(f"{c.name} = {_value(estimate.theta[i], errors[i])} {c.unit}")
+    if len(others) > LISTED:
+        rows.append(f"and {len(others) - LISTED} more values in the model file")
+    for f in estimate.shapes:
+        rows.append(f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1"))
     return rows
 
 
 def _cell(estimate: Estimate, errors: np.ndarray, effect: str, joint: int) -> str:
     found = [i for i, c in enumerate(estimate.model.columns) if c.effect == effect and c.joint == joint]
-    if len(found) != 1:
-        return f"{len(found)} values" if found else "-"
-    value, std = estimate.theta[found[0]], errors[found[0]]
+    return _value(estimate.theta[found[0]], errors[found[0]]) if found else "-"
+
+
+def _value(value: float, std: float) -> str:
     return f"{value:.4g} (in a sum)" if np.isnan(std) else f"{value:.4g} ± {std:.2g}"
