@@ -24,6 +24,16 @@ _PUBLIC = {
     "NotSolvedError": "errors",
     "PhysidentError": "errors",
     "PhysidentWarning": "errors",
+    "OLS": "estimation.estimators",
+    "WLS": "estimation.estimators",
+    "Robust": "estimation.estimators",
+    "Physical": "estimation.estimators",
+    "NoPrior": "estimation.prior",
+    "NominalDistance": "estimation.prior",
+    "Entropic": "estimation.prior",
+    "Bound": "estimation.knowledge",
+    "Box": "estimation.knowledge",
+    "Ellipsoid": "estimation.knowledge",
     "Estimate": "estimation.estimate",
     "load_estimate": "estimation.estimate",
     "DriveGains": "estimation.drive_gains",
@@ -73,7 +83,10 @@ if TYPE_CHECKING:
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
     from physident.estimation.drive_gains import DriveGains, identify_drive_gains
     from physident.estimation.estimate import Estimate, load_estimate
+    from physident.estimation.estimators import OLS, WLS, Physical, Robust
     from physident.estimation.identify import identify
+    from physident.estimation.knowledge import Bound, Box, Ellipsoid
+    from physident.estimation.prior import Entropic, NominalDistance, NoPrior
     from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
