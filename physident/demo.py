@@ -38,16 +38,19 @@ class Demo:
     def __repr__(self) -> str:
         e = self.estimate
         truth = {"rotor_inertia": ROTOR, "viscous_friction": VISCOUS, "coulomb_friction": COULOMB}
+        train, test = self.estimate.sources[0].path, self.score.recordings[0]
         rows = [
-            "A generated UR5, identified on demo/train.csv, judged on demo/test.csv, which was not fitted.",
+            f"A generated UR5, identified on {train}, judged on {test}, which was not fitted.",
             "",
             repr(e),
         ]
-        rows += ["", "hidden in the data, and found:", "effect              joint     true    found      std"]
+        rows += ["", "hidden in the data, and found:", "effect              joint     true    found   ±      unit"]
         for effect, values in truth.items():
             for i, (c, found, std) in enumerate(zip(e.model.columns, e.theta, e.standard_errors, strict=True)):
                 if c.effect == effect and not np.isnan(e.standard_errors[i]) and c.joint in (1, 3, 6):
-                    rows.append(f"{effect:<18}  {c.joint:5d}  {values[c.joint - 1]:7.3f}  {found:7.3f}  {std:7.3f}")
+                    rows.append(
+                        f"{effect:<18}  {c.joint:5d}  {values[c.joint - 1]:7.3f}  {found:7.3f}  {std:5.3f}  {c.unit}"
+                    )
         return "\n".join([*rows, "", repr(self.score), "", "open: " + ", ".join(map(str, self.files))])
 
 

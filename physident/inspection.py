@@ -142,11 +142,14 @@ def _rest(time: Array, v: Array) -> tuple[tuple[float, float], ...]:
 def _facts(i: Inspection) -> list[str]:
     r = i.recording
     resting = sum(stop - start for start, stop in i.rest)
-    unit = "N m" if r.effort_kind == "torque" else "A, drive gains needed for torque"
+    unit = "N m"
+    if r.effort_kind == "current":
+        unit = "A, its drive gains given" if r.drive_gains is not None else "A, drive gains needed for torque"
     rows = [
-        f"{r.source}: {r.n} joints, {r.duration:.2f} s, {len(r.time)} rows at {i.rate:.4g} Hz"
+        r.source,
+        f"{r.n} joints, {r.duration:.2f} s, {len(r.time)} rows at {i.rate:.4g} Hz"
         f" (jitter {1e3 * i.jitter:.2g} ms, longest step {1e3 * i.longest:.3g} ms)",
-        f"effort: {r.effort_kind} [{unit}]; rest: {resting:.1f} s in {len(i.rest)} phases"
+        f"effort: {r.effort_kind} [{unit}]; rest: {resting:.1f} s in {len(i.rest)} phase{'' if len(i.rest) == 1 else 's'}"
         + (f"; columns ignored: {len(r.ignored)}" if r.ignored else ""),
     ]
     for start in range(0, len(i.bad_rows), 1):
@@ -160,14 +163,16 @@ def _facts(i: Inspection) -> list[str]:
 def _table(i: Inspection) -> list[str]:
     unit = "N m" if i.recording.effort_kind == "torque" else "A"
     rows = [
-        f"joint   position [rad]     speed [rad/s]  effort [{unit}]      dq error %  dq delay ms  band: motion, effort Hz"
+        f"       position [rad]    max speed  {f'effort [{unit}]':<17}  dq against motion  99 % of power below [Hz]",
+        "joint     min     max      [rad/s]       min      max  error %  delay ms  motion  effort",
     ]
     for j in range(i.recording.n):
-        agree = f"{i.velocity_error[j]:10.1f}  {1e3 * i.velocity_delay[j]:11.1f}"
+        known = bool(np.isfinite(i.velocity_error[j]))
+        delay = round(1e3 * i.velocity_delay[j], 1) + 0.0 if known else np.nan  # never -0.0
+        agree = f"{i.velocity_error[j]:7.1f}  {delay:8.1f}" if known else f"{'-':>7}  {'-':>8}"
         rows.append(
-            f"{j + 1:5d}  {i.position[j, 0]:7.3f} {i.position[j, 1]:8.3f}  {i.speed[j]:13.3f}"
-            f"  {i.effort[j, 0]:8.3f} {i.effort[j, 1]:8.3f}  {agree.replace('nan', '  -')}"
-            f"  {i.motion_band[j]:12.2f} {i.effort_band[j]:9.2f}"
+            f"{j + 1:5d}  {i.position[j, 0]:6.3f}  {i.position[j, 1]:6.3f}  {i.speed[j]:11.3f}"
+            f"  {i.effort[j, 0]:8.3f} {i.effort[j, 1]:8.3f}  {agree}  {i.motion_band[j]:6.2f}  {i.effort_band[j]:6.2f}"
         )
     return rows
 
@@ -178,7 +183,9 @@ def _verdict(i: Inspection) -> str:
     still = [str(j + 1) for j in range(i.recording.n) if i.speed[j] < MOVING_SPEED]
     parts = [f"suggested --cutoff {i.cutoff:g}"]
     if still:
-        parts.append(f"joint{'s' if len(still) > 1 else ''} {', '.join(still)} never move")
+        parts.append(
+            f"joint{'s' if len(still) > 1 else ''} {', '.join(still)} never move{'' if len(still) > 1 else 's'}"
+        )
     if i.bad_rows:
-        parts.append(f"{len(i.bad_rows)} bad rows are left out")
+        parts.append(f"{len(i.bad_rows)} bad row{' is' if len(i.bad_rows) == 1 else 's are'} left out")
     return "verdict: " + "; ".join(parts)

@@ -25,6 +25,7 @@ MAX_STEP = 0.1  # s: no dynamics can be seen in fewer than ten rows a second
 MAX_POSITION = 4 * np.pi  # rad: two turns either way, the widest range any arm's joint has
 MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degrees
 ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}
+UNITS = {"position": "rad", "velocity": "rad/s", "effort": "N m or A", "temperature": "degrees C"}
 MAX_SPEED = 20.0  # rad/s or m/s: faster than the fastest wrist of any arm; a larger step of position is a fault
 MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of bad rows
 
@@ -190,13 +191,15 @@ def recording_from_rows(
         if values is not None:
             finite &= np.isfinite(values).all(axis=1)
             with np.errstate(invalid="ignore"):
-                reasons[(np.abs(values) > ABSURD[name]).any(axis=1)] = f"absurd {name} (above {ABSURD[name]:g})"
+                reasons[(np.abs(values) > ABSURD[name]).any(axis=1)] = (
+                    f"absurd {name} (above {ABSURD[name]:g} {UNITS[name]})"
+                )
     reasons[~finite] = "a value is missing or not finite"
     good = np.flatnonzero(reasons == "")
     late = good[_not_increasing(time[good])]
     reasons[late] = "the clock stands or runs backwards"
     good = np.flatnonzero(reasons == "")
-    reasons[good[_bursts(time[good], q[good])]] = f"a burst between steps of position above {MAX_SPEED:g} rad/s"
+    reasons[good[_bursts(time[good], q[good])]] = f"between two jumps of position (above {MAX_SPEED:g} rad/s)"
     keep = reasons == ""
     bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
     if len(bad) > total / 2:

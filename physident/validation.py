@@ -48,8 +48,8 @@ class Score:
 
     def __repr__(self) -> str:
         rows = [
-            f"{_counted(self.recordings)}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of their time scored",
-            "joint                        rms [N m]  error %",
+            f"{_counted(self.recordings)}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored",
+            "joint                        rms [N m]  error %   100 |measured - predicted| / |measured|",
         ]
         rows += [
             f"{j:5d} {name:<22} {rms:9.4g}  {percent:7.2f}"
@@ -81,12 +81,12 @@ class Gain:
     def __repr__(self) -> str:
         b, a = self.before, self.after
         rows = [
-            f"{_counted(b.recordings)}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of their time scored",
-            "joint                        rms before  after [N m]  error % before  after  gain %",
+            f"{_counted(b.recordings)}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of the time scored",
+            "joint                        rms [N m] before    after  error % before  after  gain of rms %",
         ]
         for j, name in enumerate(b.joints):
             rows.append(
-                f"{j + 1:5d} {name:<22} {b.rms[j]:11.4g} {a.rms[j]:12.4g} {b.relative[j]:15.2f} {a.relative[j]:6.2f} {self.reduction[j]:7.1f}"
+                f"{j + 1:5d} {name:<22} {b.rms[j]:16.4g} {a.rms[j]:8.4g} {b.relative[j]:15.2f} {a.relative[j]:6.2f} {self.reduction[j]:14.1f}"
             )
         total = 100 * (1 - np.linalg.norm(a.rms / b.rms) / np.sqrt(len(b.rms)))
         verdict = (
