@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, inverted
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, inverted, noise_memory
 from physident.diagnosis.extension import Extension, extend
 from physident.diagnosis.question import Freedom, Question, freedom
 from physident.effects.effect import Effect
@@ -44,6 +44,7 @@ class Case:
     candidates: tuple[Candidate, ...]
     freedom: Freedom
     fold: NDArray[np.intp]
+    memory: Array
 
     @property
     def model(self) -> Model:
@@ -68,11 +69,10 @@ class Case:
         regressor = build_regressor(model.robot, effects, signals, filter, model=model)
         case = Case(
             question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
-            freedom(start, question, regressor), np.zeros(len(regressor.time), dtype=np.intp),
+            freedom(start, question, regressor), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
         )  # fmt: skip
-        evidence = case.evidence(model)
-        memory = float(fit(evidence, case.freedom.baseline(regressor)).memory.max())
-        return replace(case, fold=folds(regressor, memory, len(signals)))
+        memory = noise_memory(case.evidence(model), case.freedom.baseline(regressor))
+        return replace(case, memory=memory, fold=folds(regressor, float(memory.max()), len(signals)))
 
     def evidence(self, model: Model) -> Evidence:
         """Candidates and the torque that the model as it came leaves, columns that depend on a model by ``model``."""
@@ -80,7 +80,7 @@ class Case:
         theta = np.zeros(len(regressor.columns))
         theta[: len(self.model.theta)] = self.model.theta
         return Evidence(
-            regressor, (*self.candidates, *placebos), regressor.torque - regressor.predict(theta), self.fold
+            regressor, (*self.candidates, *placebos), regressor.torque - regressor.predict(theta), self.fold, self.memory
         )
 
     def state(self, accepted: Sequence[Accepted], model: Model, evidence: Evidence | None = None) -> State:

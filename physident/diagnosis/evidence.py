@@ -20,7 +20,7 @@ from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels, correl
 from physident.regressor import Regressor
 
 Array = NDArray[np.float64]
-ROUNDS = 8  # of weights, which settle to a few per cent: they set the power of the test, not its level
+SETTLED = 0.95  # of a residual's size from one round of weights to the next: they set the power of the test, not its level
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
 RANK = 1e-12  # of the largest eigenvalue of the scaled normal matrix: the square of a singular value
 OUTSIDE = -1  # fold of a row in a gap between blocks
@@ -44,20 +44,17 @@ class Baseline:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A baseline fitted to all rows: values ``x`` (R,), ``residual`` (M, n) [N m|N], ``sigma`` (n,), the residual's
-    ``memory`` (n,) in rows, ``freedom``: how many of the R values the data decided; ``normal`` (R, R), prior included."""
+    """A baseline fitted to all rows: values ``x`` (R,), ``residual`` (M, n) [N m|N], ``sigma`` (n,) its size; ``weights``
+    (n,) of the joints' rows in the fit; ``memory`` (n,) of the noise in rows; ``freedom``: how many of the R values the
+    data decided; ``normal`` (R, R), prior included."""
 
     x: Array
     residual: Array
     sigma: Array
+    weights: Array
     memory: Array
     freedom: float
     normal: Array
-
-    @property
-    def weights(self) -> Array:
-        """What a joint's rows (n,) are multiplied by: a row counts as one over its noise and the noise's memory."""
-        return 1 / (self.sigma * np.sqrt(self.memory))
 
     @property
     def deflation(self) -> Array:
@@ -68,12 +65,14 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Candidates' columns and the torque to explain, ``response`` (M, n) [N m|N], on common rows; ``fold`` (M,)."""
+    """Candidates' columns and the torque to explain, ``response`` (M, n) [N m|N], on common rows; ``fold`` (M,) of each row;
+    ``memory`` (n,) of the noise, in rows: so many count as one."""
 
     regressor: Regressor
     candidates: tuple[Candidate, ...]
     response: Array
     fold: NDArray[np.intp]
+    memory: Array
 
     @cached_property
     def classes(self) -> list[_Class]:
@@ -97,31 +96,33 @@ class Evidence:
 
 
 def fit(evidence: Evidence, baseline: Baseline) -> Fit:
-    """Weighted least squares of a baseline over all rows, each joint by its own residual's size and memory."""
+    """Weighted least squares of a baseline over all rows: a row counts as one over its joint's residual and memory."""
     y, counted = evidence.response, evidence.regressor.counted.sum(axis=0)
     floor = 1e-9 * max(1.0, float(np.abs(evidence.regressor.torque).max()))
-    sigma, memory = np.maximum(np.sqrt((y**2).sum(axis=0) / counted), floor), np.ones(y.shape[1])
-    R = len(baseline.prior)
-    x, residual, freedom, H = np.zeros(R), y, 0.0, np.zeros((R, R))
-    for _ in range(ROUNDS):
-        weights = 1 / (sigma * np.sqrt(memory))
-        data, slope = np.zeros((R, R)), np.zeros(R)
-        for B, own, w in zip(baseline.joints, y.T, weights, strict=True):
-            data += w * w * (B.T @ B)
-            slope += w * w * (B.T @ own)
-        H = data + np.diag(baseline.prior)
-        inverse = inverted(H)
-        x = inverse @ slope
-        freedom = float(np.sum(inverse * data))
+    sigma = np.maximum(np.sqrt((y**2).sum(axis=0) / counted), floor)
+    squares = [B.T @ B for B in baseline.joints]
+    slopes = [B.T @ own for B, own in zip(baseline.joints, y.T, strict=True)]
+    while True:
+        weights = 1 / (sigma * np.sqrt(evidence.memory))
+        data = np.tensordot(weights**2, squares, 1)
+        normal = data + np.diag(baseline.prior)
+        inverse = inverted(normal)
+        x = inverse @ np.tensordot(weights**2, slopes, 1)
         residual = y - np.column_stack([B @ x for B in baseline.joints])
+        freedom = float(np.sum(inverse * data))
         left = np.maximum(counted - freedom / y.shape[1], counted / 2)
         after = np.maximum(np.sqrt((residual**2).sum(axis=0) / left), floor)
-        memory = correlation_rows(evidence.regressor, residual)
-        settled = np.allclose(after, sigma, rtol=0.02)
-        sigma = after
-        if settled:
-            break
-    return Fit(x, residual, sigma, memory, freedom, H)
+        if (after >= SETTLED * sigma).all():  # each round only sharpens the joints that fit better than they were trusted
+            return Fit(x, residual, after, weights, evidence.memory, freedom, normal)
+        sigma = np.minimum(after, sigma)
+
+
+def noise_memory(evidence: Evidence, baseline: Baseline) -> Array:
+    """Memory (n,) in rows of what no candidate explains: the residual beside all of them at once, each at the middle of
+    its grid. A missing effect is part of the baseline's own residual, whose memory is the motion's."""
+    middle = [c.options[len(c.options) // 2].columns for c in evidence.candidates if not c.placebo]
+    every = baseline.joined(evidence.everywhere([column for columns in middle for column in columns]))
+    return correlation_rows(evidence.regressor, fit(evidence, every).residual)
 
 
 def folds(regressor: Regressor, memory: float, recordings: int) -> NDArray[np.intp]:
@@ -151,27 +152,61 @@ def blocks(evidence: Evidence, memory: float) -> NDArray[np.intp]:
     return result
 
 
-def gains(evidence: Evidence, baseline: Baseline, weights: Array, responses: Array) -> Array:
-    """Left-out gain (candidates, folds, S) of each candidate for responses (M, n, S), in units of the noise.
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Squared weighted residuals in units of the noise, on rows that were left out: of the baseline, ``before`` (folds, n, S),
+    and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``worth`` (n,) independent samples."""
+
+    before: Array
+    gain: Array
+    worth: Array
+
+    @property
+    def evidence(self) -> Array:
+        """Evidence (candidates, S) for each candidate over all folds."""
+        return evidence_of(self.before.sum(axis=0), self.gain.sum(axis=1), self.worth)
+
+    @property
+    def least(self) -> Array:
+        """Evidence (candidates, S) without the fold that speaks most for a candidate."""
+        before, gain = self.before.sum(axis=0), self.gain.sum(axis=1)
+        every = [evidence_of(before - self.before[f], gain - self.gain[:, f], self.worth) for f in range(len(self.before))]
+        return np.min(every, axis=0)
+
+
+def evidence_of(before: Array, gain: Array, worth: Array) -> Array:
+    """Sum over joints (the last axis but one) of N log(before / after), N independent samples: a log likelihood ratio.
+
+    A logarithm, because the residual that the noise is sized by holds the effect itself: what removes nearly all of it
+    must count for more than what removes half.
+    """
+    after = np.maximum(before - gain, 1e-12 * np.maximum(before, 1e-300))
+    return np.sum(worth[:, None] * np.log(np.maximum(before, 1e-300) / after), axis=-2)
+
+
+def gains(evidence: Evidence, baseline: Baseline, now: Fit, responses: Array) -> LeftOut:
+    """What each candidate gains on left-out rows for responses (M, n, S).
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
     the gain is by how much the squared weighted residual inside the fold is smaller with it.
     """
     labels = [int(f) for f in np.unique(evidence.fold) if f != OUTSIDE]
-    products = [_Products.of(evidence, baseline, weights, responses, evidence.fold == f) for f in labels]
-    whole = products[0]
-    for one in products[1:]:
-        whole = whole + one
-    result = np.zeros((len(evidence.candidates), len(labels), responses.shape[2]))
-    for at, left_out in enumerate(products):
-        result[:, at] = _left_out(evidence, whole - left_out, left_out, baseline.prior)
-    return result
+    products = [_products(evidence, baseline, now.weights, responses, evidence.fold == f) for f in labels]
+    sums = [_total(own) for own in products]
+    whole = _total(sums)
+    S, n = responses.shape[2], len(now.weights)
+    before = np.zeros((len(labels), n, S))
+    gain = np.zeros((len(evidence.candidates), len(labels), n, S))
+    for at, (own, left_out) in enumerate(zip(products, sums, strict=True)):
+        before[at], gain[:, at] = _left_out(evidence, whole - left_out, own, baseline.prior)
+    rows = evidence.regressor.counted[evidence.fold != OUTSIDE].sum(axis=0)
+    return LeftOut(before, gain, rows / now.memory)
 
 
 def shares(evidence: Evidence, baseline: Baseline, weights: Array) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
     every = np.ones(len(evidence.fold), dtype=bool)
-    products = _Products.of(evidence, baseline, weights, np.zeros((*evidence.response.shape, 1)), every)
+    products = _total(_products(evidence, baseline, weights, np.zeros((*evidence.response.shape, 1)), every))
     Z = inverted(products.BB + np.diag(baseline.prior)) @ products.BC
     result = np.zeros(len(evidence.candidates))
     for cls, inner in zip(evidence.classes, products.CC, strict=True):
@@ -211,34 +246,15 @@ class _Class:
 
 @dataclass(frozen=True, eq=False)
 class _Products:
-    """Products over some rows: baseline BB (R, R), with candidates BC (R, P), with responses By (R, S), Cy (P, S), and
-    those of each option's own columns, a (O, k, k) for each class."""
+    """Products over some rows: baseline BB (R, R), with candidates BC (R, P), with responses By (R, S), Cy (P, S), yy (S,),
+    and those of each option's own columns, a (O, k, k) for each class."""
 
     BB: Array
     BC: Array
     By: Array
     Cy: Array
+    yy: Array
     CC: tuple[Array, ...]
-
-    @staticmethod
-    def of(
-        evidence: Evidence, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
-    ) -> _Products:
-        R, P, S = len(baseline.prior), len(evidence.regressor.columns), responses.shape[2]
-        BB, BC, By, Cy = np.zeros((R, R)), np.zeros((R, P)), np.zeros((R, S)), np.zeros((P, S))
-        CC = [np.zeros((len(c.owner), c.columns.shape[1], c.columns.shape[1])) for c in evidence.classes]
-        for j, (own, w) in enumerate(zip(evidence.regressor.joints, weights, strict=True)):
-            B, C, y = w * baseline.joints[j][rows], w * own.values[rows], w * responses[rows, j]
-            BB += B.T @ B
-            By += B.T @ y
-            BC[:, own.columns] += B.T @ C
-            Cy[own.columns] += C.T @ y
-            padded = np.column_stack([C, np.zeros(len(C))]).T
-            for cls, inner in zip(evidence.classes, CC, strict=True):
-                options, at = cls.joints[j]
-                values = padded[at]  # (O, k, M)
-                inner[options] += values @ values.transpose(0, 2, 1)
-        return _Products(BB, BC, By, Cy, tuple(CC))
 
     def __add__(self, other: _Products) -> _Products:
         return self._with(other, 1.0)
@@ -249,37 +265,74 @@ class _Products:
     def _with(self, other: _Products, sign: float) -> _Products:
         return _Products(
             self.BB + sign * other.BB, self.BC + sign * other.BC, self.By + sign * other.By, self.Cy + sign * other.Cy,
-            tuple(a + sign * b for a, b in zip(self.CC, other.CC, strict=True)),
+            self.yy + sign * other.yy, tuple(a + sign * b for a, b in zip(self.CC, other.CC, strict=True)),
         )  # fmt: skip
 
 
-def _left_out(evidence: Evidence, train: _Products, test: _Products, prior: Array) -> Array:
-    """Gain (candidates, S) on one fold of what the other folds decide."""
+def _products(
+    evidence: Evidence, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
+) -> list[_Products]:
+    """The products of each joint's rows."""
+    R, P, S = len(baseline.prior), len(evidence.regressor.columns), responses.shape[2]
+    result = []
+    for j, (own, w) in enumerate(zip(evidence.regressor.joints, weights, strict=True)):
+        B, C, y = w * baseline.joints[j][rows], w * own.values[rows], w * responses[rows, j]
+        BC, Cy = np.zeros((R, P)), np.zeros((P, S))
+        BC[:, own.columns], Cy[own.columns] = B.T @ C, C.T @ y
+        padded = np.column_stack([C, np.zeros(len(C))]).T
+        CC = []
+        for cls in evidence.classes:
+            options, at = cls.joints[j]
+            inner = np.zeros((len(cls.owner), cls.columns.shape[1], cls.columns.shape[1]))
+            values = padded[at]  # (O, k, M)
+            inner[options] = values @ values.transpose(0, 2, 1)
+            CC.append(inner)
+        result.append(_Products(B.T @ B, BC, B.T @ y, Cy, np.einsum("ms,ms->s", y, y), tuple(CC)))
+    return result
+
+
+def _total(products: Sequence[_Products]) -> _Products:
+    whole = products[0]
+    for one in products[1:]:
+        whole = whole + one
+    return whole
+
+
+def _left_out(
+    evidence: Evidence, train: _Products, test: Sequence[_Products], prior: Array
+) -> tuple[Array, Array]:
+    """Costs (n, S) of the baseline on one fold by joint, and gains (candidates, n, S) of what the other folds decide."""
     inverse = inverted(train.BB + np.diag(prior))
     Z, x = inverse @ train.BC, inverse @ train.By
     slope = train.Cy - train.BC.T @ x
-    moved = test.Cy - test.BC.T @ x - Z.T @ (test.By - test.BB @ x)
-    through = test.BB @ Z
-    result = np.zeros((len(evidence.candidates), slope.shape[1]))
-    best = np.full_like(result, -np.inf)
-    for cls, inside, outside in zip(evidence.classes, train.CC, test.CC, strict=True):
+    moved, through = [], []
+    for own in test:
+        moved.append(own.Cy - own.BC.T @ x - Z.T @ (own.By - own.BB @ x))
+        through.append(0.5 * (own.BB @ Z) - own.BC)
+    n, S = len(test), slope.shape[1]
+    before = np.array([own.yy - 2 * np.sum(x * own.By, axis=0) + np.sum(x * (own.BB @ x), axis=0) for own in test])
+    result = np.zeros((len(evidence.candidates), n, S))
+    best = np.full((len(evidence.candidates), S), -np.inf)
+    every = np.arange(S)
+    for k, cls in enumerate(evidence.classes):
         c = cls.columns
-        cross = np.einsum("rok,rol->okl", train.BC[:, c], Z[:, c], optimize=True)
-        root = whitening(inside, inside - cross)
+        Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
+        cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
+        root = whitening(train.CC[k], train.CC[k] - cross)
         theta = root @ (root.transpose(0, 2, 1) @ slope[c])
         seen = np.einsum("oks,oks->os", theta, slope[c])
-        mixed = np.einsum("rok,rol->okl", test.BC[:, c], Z[:, c], optimize=True)
-        apart = outside - mixed - mixed.transpose(0, 2, 1)
-        apart += np.einsum("rok,rol->okl", Z[:, c], through[:, c], optimize=True)
-        gain = 2 * np.einsum("oks,oks->os", theta, moved[c]) - np.einsum("oks,oks->os", theta, apart @ theta)
+        gain = np.empty((n, *seen.shape))
+        for j, own in enumerate(test):
+            half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
+            apart = own.CC[k] + half + half.transpose(0, 2, 1)
+            gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
         for candidate in np.unique(cls.owner):
-            own = np.flatnonzero(cls.owner == candidate)
-            top = np.argmax(seen[own], axis=0)
-            every = np.arange(seen.shape[1])
-            better = seen[own][top, every] > best[candidate]
-            best[candidate] = np.where(better, seen[own][top, every], best[candidate])
-            result[candidate] = np.where(better, gain[own][top, every], result[candidate])
-    return result
+            mine = np.flatnonzero(cls.owner == candidate)
+            top = mine[np.argmax(seen[mine], axis=0)]
+            better = seen[top, every] > best[candidate]
+            best[candidate] = np.where(better, seen[top, every], best[candidate])
+            result[candidate] = np.where(better, gain[:, top, every], result[candidate])
+    return before, result
 
 
 def whitening(inner: Array, outside: Array) -> Array:

@@ -15,6 +15,7 @@ from physident.estimation.estimate import Estimate, Source
 from physident.estimation.estimators import WLS
 from physident.estimation.identify import estimate_from, smallest_share
 from physident.estimation.shapes import refreshed
+from physident.estimation.uncertainty import correlation_rows
 from physident.model import Model
 from physident.recording import Recording
 from physident.signals import Filter
@@ -48,7 +49,7 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
     return Estimate(
         model, WLS(), covariance, state.fit.sigma,
         100 * np.linalg.norm(state.fit.residual, axis=0) / np.where(size > 0, size, 1.0),
-        len(regressor.time) / state.fit.memory, certificate, case.filter, (*before.sources, *sources), before.columns,
+        len(regressor.time) / correlation_rows(regressor, state.fit.residual), certificate, case.filter, (*before.sources, *sources), before.columns,
         before.drive_gains, before.blocks, base_shares=tuple(float(d) for d in decided),
     )  # fmt: skip
 

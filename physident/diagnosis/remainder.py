@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.case import State
+from physident.estimation.uncertainty import correlation_rows
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -62,12 +63,13 @@ def describe(state: State) -> tuple[Remainder, ...]:
     regressor, now = state.evidence.regressor, state.fit
     rate = regressor.kept_rate
     white = _white_memory(state)
+    memory = correlation_rows(regressor, now.residual)
     q, v, load = (_at_rows(state, name) for name in ("q", "v", "load"))
     result = []
     for j, r in enumerate(now.residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
         total = max(float(power.sum()), 1e-300)
-        worth = len(r) / now.memory[j]
+        worth = len(r) / memory[j]
         orders = np.arange(1, 41)
         lines = np.abs(np.exp(-1j * orders[:, None] * q[:, j]) @ r) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
         top = int(np.argmax(lines))
@@ -75,7 +77,7 @@ def describe(state: State) -> tuple[Remainder, ...]:
         curves = [_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock)]
         result.append(
             Remainder(
-                j + 1, float(np.sqrt(np.mean(r**2))), _lag_one(r, regressor.segment), float(now.memory[j] / rate),
+                j + 1, float(np.sqrt(np.mean(r**2))), _lag_one(r, regressor.segment), float(memory[j] / rate),
                 white / rate, float(power[frequency < SLOW].sum() / total), float(frequency[np.argmax(power)]),
                 *curves, float(orders[top]), float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
             )

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.evidence import gains, inverted, whitening
-from physident.diagnosis.left_out import standard_error
-from physident.diagnosis.search import CLOSEST, DOUBT, Look, costs, possible_sign
+from physident.diagnosis.search import CLOSEST, Look, as_good, possible_sign, replaces
 from physident.diagnosis.shape import refined
 
 Array = NDArray[np.float64]
@@ -31,23 +30,21 @@ def examine(last: Look, accepted: Accepted) -> Examined:
     """The left-out gain of an accepted effect beside all others, and its rivals."""
     state = last.state
     rest = state.case.state([a for a in state.accepted if a is not accepted], state.model, state.evidence)
-    found = gains(rest.evidence, rest.baseline, rest.fit.weights, rest.evidence.response[:, :, None]).sum(axis=1)[:, 0]
+    found = gains(rest.evidence, rest.baseline, rest.fit, rest.evidence.response[:, :, None]).evidence[:, 0]
     candidates = rest.evidence.candidates
     own = next(c for c in candidates if c.key == accepted.candidate.key)
     gain = float(found[candidates.index(own)])
-    lead = costs(rest, own)
     rivals = []
     for index in np.argsort(-found)[: CLOSEST + 1]:
         other = candidates[int(index)]
         # a rival must itself be evidence, and its place must be free of the effect it would replace
         if other is own or other.placebo or found[index] < last.threshold:
             continue
-        loss = costs(rest, other) - lead
-        if loss.sum() >= DOUBT * standard_error(loss.sum(axis=1)):
+        if not as_good(rest, other, own, state.fit.weights):
             continue
         if other.size > own.size and _contains(rest, other, accepted):
             continue
-        if possible_sign(rest, other) is None:
+        if replaces(rest, other, own, last.threshold) and possible_sign(rest, other) is None:
             rivals.append(other)
     return Examined(accepted, gain, tuple(rivals))
 

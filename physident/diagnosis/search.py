@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, Case, State
-from physident.diagnosis.evidence import blocks, gains, shares
+from physident.diagnosis.evidence import blocks, evidence_of, gains, shares
 from physident.diagnosis.left_out import block_costs, left_out_residual, standard_error
 from physident.diagnosis.shape import refined
 from physident.diagnosis.signs import contradicted
@@ -28,20 +28,18 @@ LOOPS = 3  # of forward search and removal: each loop that changes something has
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One look at all candidates beside a state: left-out ``gain`` (C,), that of the best fold ``luckiest`` (C,),
+    """One look at all candidates beside a state: left-out evidence ``gain`` (C,), the ``least`` (C,) of it without one fold,
     ``share`` (C,) outside the baseline, and the surrogates' ``threshold``."""
 
     state: State
     gain: Array
-    luckiest: Array
+    least: Array
     share: Array
     threshold: float
 
     def passes(self, index: int) -> bool:
         """Whether a candidate's gain beats the surrogates', and does not come from one fold alone."""
-        gain = self.gain[index]
-        stable = gain - self.luckiest[index] > 0
-        return bool(self.share[index] >= VISIBLE and gain > self.threshold and stable)
+        return bool(self.share[index] >= VISIBLE and self.gain[index] > self.threshold and self.least[index] > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +57,12 @@ def look(state: State, threshold: float | None = None) -> Look:
     responses = evidence.response[:, :, None]
     if threshold is None:
         responses = np.concatenate([responses, surrogates(state)], axis=2)
-    found = gains(evidence, baseline, now.weights, responses)
+    found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
-    total = found.sum(axis=1)
+    total = found.evidence
     if threshold is None:
         threshold = float(np.quantile(total[share >= VISIBLE][:, 1:].max(axis=0), LEVEL))
-    return Look(state, total[:, 0], found[:, :, 0].max(axis=1), share, threshold)
+    return Look(state, total[:, 0], found.least[:, 0], share, threshold)
 
 
 def surrogates(state: State) -> Array:
@@ -143,32 +141,41 @@ def _smallest(now: Look, top: int, others: Sequence[int]) -> int:
     """The candidate with the fewest numbers to choose among those whose gain the data cannot tell from the top's."""
     state = now.state
     candidates = state.evidence.candidates
-    best = top
-    lead = costs(state, candidates[top])
+    best, weights = top, None
     for index in others:
-        smaller = candidates[index].size < candidates[best].size
-        if not smaller or candidates[index].placebo:
+        other = candidates[index]
+        if other.size >= candidates[best].size or other.placebo:
             continue
-        loss = costs(state, candidates[index]) - lead
-        as_good = loss.sum() < DOUBT * standard_error(loss.sum(axis=1))
-        if not as_good or not _useful(state, candidates[index]) or possible_sign(state, candidates[index]):
+        if weights is None:
+            weights = state.also(candidates[top], refined(state, candidates[top])).fit.weights
+        if not as_good(state, other, candidates[top], weights) or not _useful(state, other):
             continue
-        beside = state.also(candidates[index], refined(state, candidates[index]))
-        earned = costs(beside, None).sum() - costs(beside, candidates[top]).sum()
-        if earned < now.threshold:  # else both are at work, and the larger gain comes first
+        if possible_sign(state, other) is None and replaces(state, other, candidates[top], now.threshold):
             best = index
     return best
 
 
-def costs(state: State, candidate: Candidate | None) -> Array:
-    """Squared weighted left-out residual (G, n) of each block, with a candidate or without any."""
+def as_good(state: State, other: Candidate, one: Candidate, weights: Array) -> bool:
+    """Whether another candidate in the place of one loses less on left-out rows than the blocks' scatter can tell."""
+    loss = (costs(state, other, weights) - costs(state, one, weights)).sum(axis=1)
+    return bool(loss.sum() < DOUBT * standard_error(loss))
+
+
+def replaces(state: State, other: Candidate, one: Candidate, threshold: float) -> bool:
+    """Whether beside another candidate the first has nothing left to add: else both are at work, or it is the better."""
+    beside = state.also(other, refined(state, other))
+    before, after = costs(beside, None).sum(axis=0), costs(beside, one).sum(axis=0)
+    worth = beside.evidence.regressor.counted[beside.inside].sum(axis=0) / beside.fit.memory
+    return float(evidence_of(before[:, None], (before - after)[:, None], worth)[0]) < threshold
+
+
+def costs(state: State, candidate: Candidate | None, weights: Array | None = None) -> Array:
+    """Squared left-out residual (G, n) of each block, with a candidate or without any, in units of the state's noise or
+    of other ``weights`` (n,)."""
     labels = blocks(state.evidence, float(state.fit.memory.max()))
-    return block_costs(_residual(state, candidate), state.fit.weights, labels)
-
-
-def _residual(state: State, candidate: Candidate | None) -> Array:
     options = [] if candidate is None else [state.evidence.everywhere(o.columns) for o in candidate.options]
-    return left_out_residual(state.evidence, state.baseline, state.fit.weights, options)
+    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights, options)
+    return block_costs(residual, state.fit.weights if weights is None else weights, labels)
 
 
 def reduction(before: Array, after: Array, joints: Sequence[int]) -> float:
