@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Column, Effect
 from physident.estimation.knowledge import Bound, Box, Ellipsoid, bound_rows, shape_rows
+from physident.inertia import pseudo_inertia
 from physident.robot import Robot
 
 Array = NDArray[np.float64]
@@ -24,7 +25,7 @@ FREE_SPEED = math.pi  # rad/s: for joints that state no limit
 class Matrix:
     """A symmetric matrix ``map`` (d, d, p) @ theta + ``offset`` that must be positive semidefinite, and its label.
 
-    ``link`` is the number of the link whose pseudo-inertia it is, None for another effect's.
+    ``link`` is the number of the link whose pseudo-inertia it is where the rigid body alone makes it, None otherwise.
     """
 
     map: Array
@@ -82,13 +83,12 @@ def physical_cones(
         for number, cone in enumerate(effect.cones(robot), 1):
             whole = np.zeros((*cone.map.shape[:-1], len(columns)))
             whole[..., own] = cone.map
-            if cone.kind == "psd":
-                link = number if effect.name == "rigid_body" else None
-                body = f"link {number}" if link else f"{effect.name} {number}"
-                matrices.append(Matrix(whole, cone.offset, f"{body} is no rigid body", link))
-            else:
+            if cone.kind == "psd" and effect.name != "rigid_body":
+                matrices.append(Matrix(whole, cone.offset, f"{effect.name} {number} is not physical"))
+            elif cone.kind == "nonnegative":
                 names = [_sign_label(whole[k], columns) for k in range(len(whole))]
                 rows.append((whole, cone.offset, names))
+    matrices += link_matrices(robot, effects)
     rows += [(r, np.zeros(len(r)), [f"friction of joint {j} drives it"] * len(r)) for j, r in friction(robot, effects)]
     for shape in shapes:
         inside = shape_rows(shape, columns)
@@ -104,6 +104,22 @@ def physical_cones(
         tuple(matrices), equal, np.full(len(equal), total_mass or 0.0),
         tuple(label for _, _, labels in rows for label in labels) + ("total mass differs from the known one",) * len(equal),
     )  # fmt: skip
+
+
+def link_matrices(robot: Robot, effects: Sequence[Effect]) -> list[Matrix]:
+    """The pseudo-inertia of each link as the sum over all effects that change it: a payload may be negative, a tool
+    taken off, as long as the link with it is a body."""
+    units = [(effect, unit) for effect in effects for unit in np.eye(len(effect.columns(robot)))]
+    added = [effect.inertia(robot, unit) for effect, unit in units]
+    links = np.array([np.zeros(10 * robot.n) if one is None else one.links for one in added]).T
+    basis = np.stack([pseudo_inertia(unit) for unit in np.eye(10)], axis=-1)
+    blocks = [(i + 1, links[10 * i : 10 * i + 10]) for i in range(robot.n)]
+    alone = np.array([effect.name == "rigid_body" for effect, _ in units])
+    return [
+        Matrix(basis @ block, np.zeros((4, 4)), f"link {i} is no rigid body", None if block[:, ~alone].any() else i)
+        for i, block in blocks
+        if block.any()
+    ]
 
 
 def friction(robot: Robot, effects: Sequence[Effect]) -> list[tuple[int, Array]]:

@@ -61,14 +61,23 @@ class Coordinates:
         return A / size[:, None], cones.offsets / size - margin
 
     def matrices(self, cones: Cones) -> list[tuple[Array, Array]]:
-        """The matrices M, B with M u + B positive semidefinite; those of links as X, a margin inside."""
+        """The matrices M, B with M u + B positive semidefinite; in units of their nominal value, a margin inside."""
         own = dict(self.links)
         result = []
         for matrix in cones.matrices:
             if matrix.link is None:
-                result.append((matrix.map @ self.T, matrix.offset))
+                M = matrix.map @ self.T
+                W = _inverse_root(M @ self.nominal + matrix.offset)
+                M, B = np.einsum("ij,jkp,kl->ilp", W, M, W, optimize=True), W @ matrix.offset @ W
+                result.append((M, B - MARGIN_LINKS * np.eye(len(B))))
             else:
                 M = np.zeros((4, 4, len(self.nominal)))
                 M[:, :, own[matrix.link]] = np.moveaxis(UNITS, 0, 2)
                 result.append((M, -MARGIN_LINKS * np.eye(4)))
         return result
+
+
+def _inverse_root(P: Array) -> Array:
+    """P^-1/2 (d, d) of a nominal value that is positive definite, and the identity of any other."""
+    values, vectors = np.linalg.eigh(P)
+    return (vectors / np.sqrt(values)) @ vectors.T if values[0] > 0 else np.eye(len(P))
