@@ -116,7 +116,7 @@ def _shaped(robot: Robot, name: str, joints: tuple[int, ...], signals: Sequence[
     warmth = [one.temperature for one in signals]
     if name == "warm_up" and all(w is not None and np.ptp(w, axis=0).max() > WARMED for w in warmth):
         start = float(np.mean([w[0].mean() for w in warmth if w is not None]))
-        effects.append(replace(cls(joints=where), **{"reference_temperature": round(start, 1)}))
+        effects.append(replace(cls(joints=where), reference_temperature=round(start, 1)))
     return effects
 
 

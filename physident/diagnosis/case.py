@@ -13,6 +13,7 @@ from physident.diagnosis.candidates import Candidate, Option, possible, with_pla
 from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, inverted, noise_memory
 from physident.diagnosis.extension import Extension, extend
 from physident.diagnosis.question import Freedom, Question, freedom
+from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
 from physident.model import Model
@@ -93,10 +94,22 @@ class Case:
         evidence = replace(evidence, candidates=tuple(every.values()))
         taken = {a.candidate.key for a in accepted}
         evidence = replace(evidence, candidates=tuple(c for c in evidence.candidates if c.key not in taken))
+        evidence = replace(evidence, fold=self._fold([a.effect for a in accepted if isinstance(a.effect, Contact)]))
         baseline = self.freedom.baseline(evidence.regressor)
         for a in accepted:
             baseline = baseline.joined(self.columns(a.effect, model))
         return State(self, tuple(accepted), model, evidence, baseline, fit(evidence, baseline))
+
+    def _fold(self, contacts: Sequence[Contact]) -> NDArray[np.intp]:
+        """The folds without the rows of contacts, whose force no other fold can tell."""
+        fold = self.fold.copy()
+        for contact in contacts:
+            for index, signals in enumerate(self.signals):
+                rows = (self.regressor.recording == index) & (signals.recording == contact.recording)
+                time = self.regressor.time - signals.origin
+                for start, end in contact.intervals:
+                    fold[rows & (time >= start - 1 / self.filter.cutoff) & (time <= end + 1 / self.filter.cutoff)] = OUTSIDE
+        return fold
 
     def columns(self, effect: Effect, model: Model) -> list[Array]:
         """A concrete effect's columns (M, k) in each joint's rows, by a model."""
@@ -181,4 +194,4 @@ class State:
     @property
     def inside(self) -> NDArray[np.bool_]:
         """Rows (M,) that belong to a fold."""
-        return self.case.fold != OUTSIDE
+        return self.evidence.fold != OUTSIDE

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.case import Accepted, State
+from physident.diagnosis.contact import CONTACT, scan
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
-from physident.diagnosis.intervals import Certainty, resampled_reduction
+from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
 from physident.diagnosis.left_out import block_costs, left_out_residual
 from physident.diagnosis.rivals import Examined
 from physident.effects.catalogue import CATALOGUE
@@ -53,15 +53,13 @@ def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
 
 def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -> Reduction:
     rest = state.case.state([a for a in state.accepted if a not in group], state.model, state.evidence)
+    if group[0].candidate is CONTACT:
+        return _touch(rest)
     weights = 1 / state.fit.sigma
     own = [j - 1 for j in joints] or list(range(len(weights)))
     labels = blocks(state.evidence, float(state.fit.memory.max()))
-    options = list(
-        itertools.chain.from_iterable(
-            [c for c in zip(*(state.case.columns(a.effect, state.model) for a in group), strict=True)] for _ in (0,)
-        )
-    )
-    joined = [np.column_stack(columns) for columns in options]
+    columns = [state.case.columns(a.effect, state.model) for a in group]
+    joined = [np.column_stack(own) for own in zip(*columns, strict=True)]
     before, after = (
         block_costs(left_out_residual(rest.evidence, rest.baseline, rest.fit.weights, o), weights, labels)[:, own]
         for o in ([], [joined])
@@ -72,9 +70,22 @@ def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -
     return Reduction(sizes[0], sizes[1], 100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0, (low, high))
 
 
+def _touch(rest: State) -> Reduction:
+    """What a contact gains, each joint judged by the force that the others tell; all joints, noise-weighted."""
+    found = scan(rest, rest.evidence.response[:, :, None])
+    before, gain = float(found.before.sum()), found.windows.sum(axis=1)
+    draws = np.random.default_rng([rest.case.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
+    left = np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0)
+    low, high = np.quantile(100 * (1 - np.sqrt(left[:-1])), (0.025, 0.975))
+    weights = rest.fit.weights
+    size = float(np.sqrt(before / (len(rest.evidence.fold) * np.sum(weights**2))))
+    after = size * float(np.sqrt(left[-1]))
+    return Reduction(size, after, 100 * (1 - after / size), (float(low), float(high)))
+
+
 def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
     """The effect's parameters in the extended model, and its shapes."""
-    at = [a.candidate.key for a in state.accepted].index(accepted.candidate.key)
+    at = state.accepted.index(accepted)
     model, effect = state.extension.model, accepted.effect
     old = {c.name: float(v) for c, v in zip(state.case.model.columns, state.case.model.theta, strict=True)}
     result = []

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, State
+from physident.diagnosis.contact import CONTACT, scan
 from physident.diagnosis.evidence import gains, inverted, whitening
 from physident.diagnosis.search import CLOSEST, Look, as_good, possible_sign, replaces
 from physident.diagnosis.shape import refined
@@ -30,6 +31,8 @@ def examine(last: Look, accepted: Accepted) -> Examined:
     """The left-out gain of an accepted effect beside all others, and its rivals."""
     state = last.state
     rest = state.case.state([a for a in state.accepted if a is not accepted], state.model, state.evidence)
+    if accepted.candidate is CONTACT:
+        return Examined(accepted, float(scan(rest, rest.evidence.response[:, :, None]).evidence[0]), ())
     found = gains(rest.evidence, rest.baseline, rest.fit, rest.evidence.response[:, :, None]).evidence[:, 0]
     candidates = rest.evidence.candidates
     own = next(c for c in candidates if c.key == accepted.candidate.key)

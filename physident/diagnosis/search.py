@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, Case, State
+from physident.diagnosis.contact import CONTACT, Scan, placed, scan
 from physident.diagnosis.evidence import blocks, evidence_of, gains, shares
 from physident.diagnosis.left_out import block_costs, left_out_residual, standard_error
 from physident.diagnosis.shape import refined
@@ -29,13 +30,14 @@ LOOPS = 3  # of forward search and removal: each loop that changes something has
 @dataclass(frozen=True, eq=False)
 class Look:
     """One look at all candidates beside a state: left-out evidence ``gain`` (C,), the ``least`` (C,) of it without one fold,
-    ``share`` (C,) outside the baseline, and the surrogates' ``threshold``."""
+    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact``."""
 
     state: State
     gain: Array
     least: Array
     share: Array
     threshold: float
+    contact: Scan
 
     def passes(self, index: int) -> bool:
         """Whether a candidate's gain beats the surrogates', and does not come from one fold alone."""
@@ -59,10 +61,11 @@ def look(state: State, threshold: float | None = None) -> Look:
         responses = np.concatenate([responses, surrogates(state)], axis=2)
     found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
-    total = found.evidence
+    total, contact = found.evidence, scan(state, responses)
     if threshold is None:
-        threshold = float(np.quantile(total[share >= VISIBLE][:, 1:].max(axis=0), LEVEL))
-    return Look(state, total[:, 0], found.least[:, 0], share, threshold)
+        every = np.maximum(total[share >= VISIBLE].max(axis=0), contact.evidence)
+        threshold = float(np.quantile(every[1:], LEVEL))
+    return Look(state, total[:, 0], found.least[:, 0], share, threshold, contact)
 
 
 def surrogates(state: State) -> Array:
@@ -113,12 +116,24 @@ def _forward(case: Case, accepted: tuple[Accepted, ...], progress: Callable[[str
         now = look(state)
         first = first or now
         index = choose(now)
-        if index is None:
+        if touched(now, None if index is None else float(now.gain[index])):
+            chosen = Accepted(CONTACT, placed(state, now.contact.effect))
+        elif index is None:
             return accepted, now, first
-        candidate = state.evidence.candidates[index]
-        accepted = (*accepted, Accepted(candidate, refined(state, candidate)))
-        progress(f"{candidate.name} on {', '.join(map(str, candidate.joints)) or 'the arm'}")
+        else:
+            candidate = state.evidence.candidates[index]
+            chosen = Accepted(candidate, refined(state, candidate))
+        accepted = (*accepted, chosen)
+        joints = ", ".join(map(str, chosen.candidate.joints))
+        progress(f"{chosen.candidate.name} on {joints or 'the arm'}")
         state = settled(case, accepted, state)
+
+
+def touched(now: Look, rival: float | None) -> bool:
+    """Whether the best contact passes every gate, and says more than the best other candidate."""
+    found = now.contact
+    useful = reduction(found.before[:, 0], found.before[:, 0] - found.gain[:, 0], ()) >= LEAST_REDUCTION
+    return bool(useful and found.evidence[0] > max(now.threshold, rival or 0.0))
 
 
 def choose(now: Look) -> int | None:
@@ -197,8 +212,8 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
     kept = accepted
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
-        if len(kept) < 2:
-            break
+        if len(kept) < 2 or one.candidate is CONTACT:
+            continue
         now = look(case.state(rest, last.state.model, last.state.evidence), last.threshold)
         index = [c.key for c in now.state.evidence.candidates].index(one.candidate.key)
         if not now.passes(index):

@@ -20,7 +20,7 @@ REFINED = 1e-2  # relative width at which the search ends: the shape's own uncer
 def refined(state: State, candidate: Candidate) -> Effect:
     """The candidate's effect with the shape of the largest gain beside a state's baseline (Golub and Pereyra, 1973)."""
     effects = [option.effect for option in candidate.options if option.effect is not None]
-    judge = _Judge(state)
+    judge = Judge(state)
     found = [judge.gain(state.evidence.everywhere(option.columns)) for option in candidate.options]
     top = int(np.argmax(found))
     best = effects[top]
@@ -44,7 +44,7 @@ def refined(state: State, candidate: Candidate) -> Effect:
     return at_value(float(np.exp(answer.x))) if -answer.fun > found[top] else best
 
 
-class _Judge:
+class Judge:
     """The gain of columns on all rows beside a fitted baseline."""
 
     def __init__(self, state: State) -> None:

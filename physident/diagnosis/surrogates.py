@@ -19,13 +19,12 @@ def randomised(residual: Array, segment: NDArray[np.intp], count: int, seed: int
     for part in np.unique(segment):
         rows = np.flatnonzero(segment == part)
         length = len(rows)
-        mean = residual[rows].mean(axis=0)
-        spectrum = np.fft.rfft(residual[rows] - mean, axis=0)
+        spectrum = np.fft.rfft(residual[rows], axis=0)
         angle = rng.uniform(0, 2 * np.pi, (len(spectrum), 1, count))
-        angle[0] = 0.0
         turned = spectrum[:, :, None] * np.exp(1j * angle)
+        # a mean has no phase to turn: noise has as much power at rest as at the lowest frequency
+        turned[0] = np.sqrt(2) * turned[min(1, len(turned) - 1)].real
         if length % 2 == 0:  # the last coefficient of an even length is real: only its sign is free
             turned[-1] = spectrum[-1, :, None] * np.sign(np.cos(angle[-1]))
-        sign = rng.choice([-1.0, 1.0], count)  # so is the mean's
-        result[rows] = np.fft.irfft(turned, length, axis=0) + mean[None, :, None] * sign
+        result[rows] = np.fft.irfft(turned, length, axis=0)
     return result

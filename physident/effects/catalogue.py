@@ -62,12 +62,13 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
     made = tuple(effect if isinstance(effect, Effect) else _by_name(effect)() for effect in effects)
     if not made:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
-    seen: set[tuple[str, int | None]] = set()
+    seen: set[tuple[str, int | None, object]] = set()
     for effect in made:
         for joint in effect.joints or (None,):
-            if (effect.name, joint) in seen:
+            key = (effect.name, joint, getattr(effect, "intervals", None))  # contacts at other times are others
+            if key in seen:
                 raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
-            seen.add((effect.name, joint))
+            seen.add(key)
     return made
 
 

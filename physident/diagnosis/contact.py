@@ -1,0 +1,110 @@
+"""Contact: a force on the tool that no other recording predicts, so that joints judge each other instead.
+
+In each window of half a second the force is fitted on all joints but one and judged on that one, which sees it through its
+own row of the Jacobian. An interval is the run of windows, at most half a recording, with the largest sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.candidates import Candidate, Option
+from physident.diagnosis.case import State
+from physident.diagnosis.evidence import evidence_of, inverted
+from physident.diagnosis.shape import Judge
+from physident.effects.contact import PIECE, Contact, tool_jacobian
+
+Array = NDArray[np.float64]
+PHASES = (0.0, PIECE / 2)  # s: where windows begin; an edge is then at most an eighth of a second off
+EDGES = np.arange(-5, 6) * 0.05  # s: by which a found start is moved to fit best
+LONGEST = 0.5  # of a recording: what lasts longer is no passing contact but a change of the arm
+STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
+CONTACT = Candidate("contact", (), (Option(None, ()),))
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """The best interval for each response: ``evidence`` (S,), squared weighted residuals ``before`` (n, S) on all rows and
+    their ``gain`` (n, S) by it; for the first response its ``effect``, and ``windows`` (W, n): gains of its pieces."""
+
+    evidence: Array
+    before: Array
+    gain: Array
+    effect: Contact
+    windows: Array
+
+
+def scan(state: State, responses: Array) -> Scan:
+    """The best contact for each of some responses (M, n, S) beside a state's baseline."""
+    now, regressor = state.fit, state.evidence.regressor
+    residual = _residual(state, responses) * now.weights[:, None]
+    before = np.einsum("mjs,mjs->js", residual, residual)
+    best, gain = np.full(residual.shape[2], -np.inf), np.zeros(before.shape)
+    effect, windows = Contact(), np.zeros((0, len(now.weights)))
+    for index, signals in enumerate(state.case.signals):
+        rows = regressor.recording == index
+        time = regressor.time[rows] - signals.origin
+        at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
+        J = tool_jacobian(state.case.model.robot, signals.q[at]) * now.weights
+        J = J * regressor.counted[rows][:, None, :]
+        for phase in PHASES:
+            start = np.floor(time[0] / PIECE) * PIECE + phase
+            label = np.floor((time - start) / PIECE).astype(int)
+            judged = _windows(J[label >= 0], residual[rows][label >= 0], label[label >= 0])
+            first, last = _intervals(judged.sum(axis=1))
+            sums = np.concatenate([np.zeros((1, *judged.shape[1:])), np.cumsum(judged, axis=0)])
+            every = np.arange(residual.shape[2])
+            own = sums[last, :, every].T - sums[first, :, every].T
+            better = own.sum(axis=0) > best
+            best, gain = np.where(better, own.sum(axis=0), best), np.where(better, own, gain)
+            if better[0]:
+                ends = (float(start + first[0] * PIECE), float(start + last[0] * PIECE))
+                effect, windows = Contact(intervals=(ends,), recording=signals.recording), judged[first[0] : last[0], :, 0]
+    worth = regressor.counted.sum(axis=0) / now.memory
+    return Scan(evidence_of(before, gain, worth), before, gain, effect, windows)
+
+
+def placed(state: State, effect: Contact) -> Contact:
+    """The contact with its start moved to where its forces explain most, its pieces as many."""
+    judge, ((start, end),) = Judge(state), effect.intervals
+    moved = [Contact(intervals=((start + d, end + d),), recording=effect.recording) for d in EDGES if start + d >= 0]
+    return max(moved, key=lambda one: judge.gain(state.case.columns(one, state.model)))
+
+
+def _residual(state: State, responses: Array) -> Array:
+    """What the baseline leaves of responses (M, n, S) when it is fitted to all rows."""
+    weights, joints = state.fit.weights, state.baseline.joints
+    slope = np.sum([w * w * (B.T @ responses[:, j]) for j, (w, B) in enumerate(zip(weights, joints, strict=True))], axis=0)
+    x = inverted(state.fit.normal) @ slope
+    return responses - np.stack([B @ x for B in joints], axis=1)
+
+
+def _windows(J: Array, residual: Array, label: NDArray[np.intp]) -> Array:
+    """Gain (W, n, S) of each joint in each window by the force that all other joints tell."""
+    W, n = label[-1] + 1, residual.shape[1]
+    edges = np.searchsorted(label, np.arange(W + 1))
+    A, b = np.zeros((W, n, 3, 3)), np.zeros((W, n, 3, residual.shape[2]))
+    for w in range(W):
+        own = slice(edges[w], edges[w + 1])
+        A[w] = np.einsum("mij,mkj->jik", J[own], J[own])
+        b[w] = np.einsum("mij,mjs->jis", J[own], residual[own])
+    others = A.sum(axis=1, keepdims=True) - A + STIFF * np.eye(3)
+    force = np.linalg.solve(others, b.sum(axis=1, keepdims=True) - b)
+    return 2 * np.einsum("wjis,wjis->wjs", force, b) - np.einsum("wjis,wjis->wjs", force, A @ force)
+
+
+def _intervals(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and last + 1 window (S,) of the run with the largest sum of gains (W, S)."""
+    W, S = gain.shape
+    sums = np.concatenate([np.zeros((1, S)), np.cumsum(gain, axis=0)])
+    best, first, last = np.full(S, -np.inf), np.zeros(S, dtype=np.intp), np.zeros(S, dtype=np.intp)
+    for length in range(1, max(2, int(LONGEST * W) + 1)):
+        runs = sums[length:] - sums[:-length]
+        top = np.argmax(runs, axis=0)
+        value = runs[top, np.arange(S)]
+        better = value > best
+        best, first, last = np.where(better, value, best), np.where(better, top, first), np.where(better, top + length, last)
+    return first, last
