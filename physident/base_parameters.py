@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from physident.signals import Signals
 Array = NDArray[np.float64]
 TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
 STATES = 400
+WIDTH = 100  # characters of a printed line
 RATE = 20.0  # Hz
 EXPRESSION_FLOOR = 1e-9  # a coefficient of beta below this is rounding
 
@@ -68,9 +70,14 @@ class BaseParameters:
 
     def __repr__(self) -> str:
         accepted, rejected = self.rank_gap
-        rows = [f"{self.r} base parameters of {len(self.columns)}; share outside the columns before:"]
-        rows += [f"  smallest accepted {accepted:.2g}, largest rejected {rejected:.2g}, limit {TOLERANCE:.0e}"]
-        return "\n".join(rows + [f"  {i:3d}  {text}" for i, text in enumerate(self.expressions(), 1)])
+        rows = [f"{self.r} base parameters of {len(self.columns)}: the sums of parameters that torques depend on"]
+        for i, text in enumerate(self.expressions(), 1):
+            rows += textwrap.wrap(text, WIDTH, initial_indent=f"  {i:3d}  ", subsequent_indent=" " * 9)
+        rows.append(
+            f"an independent column keeps at least {accepted:.2g} of its length outside those before it, a dependent one"
+            f" {rejected:.1e};\nthe limit between them is {TOLERANCE:.0e}"
+        )
+        return "\n".join(rows)
 
 
 def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:

@@ -1,5 +1,7 @@
 """What can go wrong, as one line that says what came, what was expected and what to do."""
 
+import warnings
+
 
 class PhysidentError(Exception):
     """Base of every error this package raises on purpose."""
@@ -19,3 +21,8 @@ class NotSolvedError(PhysidentError):
 
 class PhysidentWarning(UserWarning):
     """Something the user should know about their data or robot; the result stands."""
+
+
+def warn(message: str) -> None:
+    """Warn the user in words, without the line of this package that found it."""
+    warnings.warn_explicit(message, PhysidentWarning, "physident", 1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident import dh, dh_table, inertia, urdf
-from physident.errors import InputError, PhysidentWarning
+from physident.errors import InputError, warn
 from physident.files import read_text
 
 Array = NDArray[np.float64]
@@ -186,7 +185,7 @@ def load_robot(source: str | Path, gravity: Sequence[float] | None = None) -> Ro
             name=urdf.robot_name(text, label), urdf=text, gravity=_gravity(gravity or STANDARD_GRAVITY), source=label
         )
     for message in unphysical_links(robot):
-        warnings.warn(f"{label}: {message}", PhysidentWarning, stacklevel=2)
+        warn(f"{label}: {message}")
     return robot
 
 

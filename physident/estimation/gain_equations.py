@@ -9,7 +9,6 @@ the measured one. Every iteration works on one small QR factor for each joint.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from physident.base_parameters import BaseParameters
 from physident.effects.effect import Column
-from physident.errors import NotSolvedError, PhysidentWarning
+from physident.errors import NotSolvedError, warn
 from physident.estimation.load import every_column, load_regressor
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, SHORTEST_PERIODS, correlation_rows, jackknife
 from physident.regressor import JointRows, Regressor
@@ -157,10 +156,8 @@ class GainEquations:
     def _warn_if_short(self, memory: float) -> None:
         if self.carrying < FEWEST_BLOCKS * SHORTEST_PERIODS * memory:
             seconds = self.carrying / self.regressor.kept_rate
-            warnings.warn(
-                f"{seconds:.3g} s of motion with the load hold {self.carrying / memory:.0f} independent samples: intervals of drive gains are rough; record the load longer",
-                PhysidentWarning,
-                stacklevel=2,
+            warn(
+                f"{seconds:.3g} s of motion with the load hold {self.carrying / memory:.0f} independent samples: intervals of drive gains are rough; record the load longer"
             )
 
     def _linear(self, weights: Array) -> GainSolution:

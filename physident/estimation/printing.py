@@ -33,6 +33,7 @@ def estimate_text(estimate: Estimate) -> str:
         "",
         *_joint_table(estimate),
         "",
+        "sigma: what is left of the torque; worth: how many independent samples that is, after its memory",
         f"largest gradient left {certificate.stationarity:.1e} (0 is exact)" + _proof(estimate),
     ]
     if estimate.shares:
@@ -42,9 +43,9 @@ def estimate_text(estimate: Estimate) -> str:
         names = ", ".join(base.columns[base.independent[i]].name for i in worst[:6])
         more = f" and {len(vague) - 6} more" if len(vague) > 6 else ""
         rows.append(f"vague (standard error above half the value): {names}{more}")
-    broken = "; ".join(estimate.violations[:4]) + ("; ..." if len(estimate.violations) > 4 else "")
+    broken = "; ".join(estimate.violations[:3]) + ("; ..." if len(estimate.violations) > 3 else "")
     rows.append(
-        f"verdict: not physical: {broken}"
+        f"verdict: not physical: {broken}\n  (torques fix sums of parameters only: --method physical finds an arm that can exist)"
         if broken
         else "verdict: physical: every link is a rigid body, friction dissipates"
     )
@@ -96,7 +97,8 @@ def _joint_table(estimate: Estimate) -> list[str]:
     single = [e for e in effects if all(count == 1 for (name, _), count in counts.items() if name == e)]
     units = {c.effect: c.unit for c in model.columns}
     errors = estimate.standard_errors
-    first = ["joint  error %  sigma N m  worth", " " * 32]
+    head, unit = ("joint", "error %", "sigma", "worth"), ("", "", "[N m]", "")
+    first = [f"{a:>5}  {b:>7}  {c:>9}  {d:>5}" for a, b, c, d in (head, unit)]
     first += [
         f"{j + 1:5d}  {estimate.relative[j]:7.2f}  {estimate.sigma[j]:9.4g}  {estimate.effective_samples[j]:5.0f}"
         for j in range(model.robot.n)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Column
-from physident.errors import InputError, PhysidentWarning
+from physident.errors import InputError, warn
 from physident.inertia import link_parameters, pseudo_inertia
 
 Array = NDArray[np.float64]
@@ -126,10 +125,8 @@ def solid_link(phi: Array, link: str) -> Array:
     spread = (vectors * np.maximum(values, THINNEST**2)) @ vectors.T
     P = np.zeros((4, 4))
     P[:3, :3], P[:3, 3], P[3, :3], P[3, 3] = m * (spread + np.outer(c, c)), m * c, m * c, m
-    warnings.warn(
+    warn(
         f"{link}: nominal inertia is not that of a solid body (mass {phi[0]:.4g} kg, smallest squared radius of gyration"
-        f" {values[0]:.2g} m^2); the prior uses the nearest one that is",
-        PhysidentWarning,
-        stacklevel=2,
+        f" {values[0]:.2g} m^2); the prior uses the nearest one that is"
     )
     return link_parameters(P)

@@ -10,14 +10,13 @@ freedom less than there are blocks turns errors into intervals.
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.base_parameters import BaseParameters
-from physident.errors import PhysidentWarning
+from physident.errors import warn
 from physident.estimation.weighting import base_rows
 from physident.regressor import Regressor
 
@@ -93,11 +92,9 @@ def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np
     length = max(1, min(math.ceil(BLOCK_PERIODS * correlation), total // FEWEST_BLOCKS))
     if length < SHORTEST_PERIODS * correlation:
         seconds = total / regressor.kept_rate
-        warnings.warn(
+        warn(
             f"{seconds:.3g} s of motion hold {total / correlation:.0f} independent samples: standard errors are rough;"
-            " record longer or more often",
-            PhysidentWarning,
-            stacklevel=2,
+            " record longer or more often"
         )
     labels = block_labels(regressor.segment, length)
     return np.split(np.argsort(labels, kind="stable"), np.flatnonzero(np.diff(np.sort(labels))) + 1)

@@ -25,7 +25,7 @@ def plot_predictions(p: Predictions, joints: Sequence[str], path: str | Path) ->
         for border in borders:
             axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
         error = 100 * np.linalg.norm(measured - predicted) / np.linalg.norm(measured)
-        axis.set_ylabel(f"{j + 1} [N m]")
+        axis.set_ylabel("torque [N m]")
         axis.set_title(f"joint {j + 1}, {name}: error {error:.1f} %", fontsize=9, loc="left")
     fig.legend(*axes[0, 0].get_legend_handles_labels(), ncols=3, loc="outside upper right")
     axes[-1, 0].set_xlabel("time in motion [s]")
@@ -48,5 +48,5 @@ def plot_recordings(recordings: Sequence[Recording], path: str | Path) -> None:
             axis.set_ylabel(label)
             axis.set_xlabel("time [s]")
         row[0].set_title(Path(r.source).name, fontsize=9, loc="left")
-    axes[0, 2].legend(title="joint", ncols=2, loc="upper right", fontsize=8)
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), title="joint", loc="outside right upper", fontsize=8)
     style.save(fig, path)
