@@ -10,7 +10,7 @@ from physident.cli.app import RobotOption, app
 from physident.errors import InputError
 
 
-@app.command("base-parameters")
+@app.command("base-parameters", short_help="What any motion could show.")
 def base_parameters(
     robot: RobotOption = None,
     effects: Annotated[str, typer.Option("--effects", help="Effects, separated by commas.")] = "rigid_body",

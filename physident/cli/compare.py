@@ -21,7 +21,7 @@ from physident.cli.app import (
 from physident.errors import InputError
 
 
-@app.command()
+@app.command(short_help="The gain of one model over another.")
 def compare(
     model: Annotated[list[Path], typer.Option("--model", help="Two model files: before and after.")],
     on: Annotated[list[str], typer.Option("--on", help="A recording to compare on; repeat for several.")],

@@ -10,7 +10,7 @@ import typer
 from physident.cli.app import app
 
 
-@app.command()
+@app.command(short_help="The whole way on generated recordings.")
 def demo(
     folder: Annotated[Path, typer.Option("--folder", help="Where to write recordings, model and figure.")] = Path(
         "demo"

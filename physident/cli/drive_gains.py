@@ -11,7 +11,7 @@ from physident.cli.app import ColumnsOption, CutoffOption, JsonOption, RobotOpti
 from physident.errors import InputError
 
 
-@app.command("drive-gains")
+@app.command("drive-gains", short_help="Motor current to joint torque.")
 def drive_gains(
     unloaded: Annotated[list[str], typer.Option("--unloaded", help="Recording without the load; repeat for several.")],
     loaded: Annotated[list[str], typer.Option("--loaded", help="Recording with the load; repeat for several.")],

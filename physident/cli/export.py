@@ -12,7 +12,7 @@ from physident.cli.app import ModelOption, app, check_outputs
 from physident.errors import InputError
 
 
-@app.command()
+@app.command(short_help="A model as URDF, JSON or Python.")
 def export(
     model: ModelOption,
     urdf: Annotated[Path | None, typer.Option("--urdf", help="Write the robot's URDF with identified values.")] = None,

@@ -20,7 +20,7 @@ from physident.cli.app import (
 from physident.errors import InputError
 
 
-@app.command()
+@app.command(short_help="Recordings in, a model out.")
 def identify(
     recordings: Recordings,
     out: Annotated[Path, typer.Option("--out", help="The model file to write (JSON).")],

@@ -21,11 +21,13 @@ from physident.cli.app import (
 from physident.errors import InputError
 
 
-@app.command()
+@app.command(short_help="What recordings hold and cannot show.")
 def inspect(
     recordings: Recordings,
     robot: RobotOption = None,
-    effects: Annotated[str | None, typer.Option("--effects", help="Show what of these effects cannot be seen; all: the catalogue.")] = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", help="Show what of these effects cannot be seen; all: the catalogue.")
+    ] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,

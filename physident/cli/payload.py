@@ -19,7 +19,7 @@ from physident.cli.app import (
 )
 
 
-@app.command()
+@app.command(short_help="The load that an arm carries.")
 def payload(
     recordings: Recordings,
     model: ModelOption,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 CONTROLLERS = ("pd", "computed-torque")
 
 
-@app.command()
+@app.command(short_help="A recording of a simulated arm.")
 def simulate(
     trajectory: Annotated[Path, typer.Option("--trajectory", help="The motion to follow (physident.trajectory/1).")],
     out: Annotated[Path, typer.Option("--out", help="The recording to write (.csv).")],

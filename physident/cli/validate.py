@@ -22,7 +22,7 @@ from physident.cli.app import (
 )
 
 
-@app.command()
+@app.command(short_help="A model's error on unseen recordings.")
 def validate(
     recordings: Recordings,
     model: ModelOption,
