@@ -82,7 +82,7 @@ def measure_identifiability(
             judged = rest.judge(build_regressor(robot, [candidate], signals, filter, model=model))
             needed = max((candidate.cutoff_needed(robot, one) for one in signals), default=0.0)
             row.append((joints, float(np.sqrt(np.trace(judged.inner))), judged.share, needed))
-        largest = max(norm for _, norm, _, _ in row)
+        largest = max((norm for _, norm, _, _ in row), default=0.0)  # no row: neighbours of an arm of one joint
         for joints, norm, share, needed in row:
             shown = norm > ZERO * largest > 0
             cells.append(Cell(name, joints, float(shown), share if shown else 0.0, needed))
@@ -125,7 +125,7 @@ def _text(table: Identifiability) -> list[str]:
         needed = max(c.cutoff for c in own)
         band = f"{needed:.1f} Hz" if needed > table.cutoff else ""
         rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}")
-    rows.append("share of its torque that a refitted baseline cannot imitate; . inside the baseline: cannot tell here,")
+    rows.append("share of its torque that a refitted baseline cannot imitate; . inside the baseline, cannot tell,")
     rows.append("unless the baseline is held (recordings new to a model); o no torque at all: cannot be seen")
     hidden = sum(c.refitted < VISIBLE for c in table.cells)
     never = sum(c.new == 0 for c in table.cells)

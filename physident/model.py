@@ -17,6 +17,7 @@ from physident.robot import Robot
 from physident.signals import Signals
 
 Array = NDArray[np.float64]
+LARGEST = 1e12  # of any parameter in SI units: torques and their squares stay finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,9 @@ class Model:
         theta = np.array(self.theta, dtype=float)
         if theta.shape != (len(self.columns),) or not np.isfinite(theta).all():
             raise InputError(f"theta has shape {theta.shape}, expected {len(self.columns)} finite numbers")
+        if (beyond := np.flatnonzero(np.abs(theta) > LARGEST)).size:
+            column, value = self.columns[beyond[0]], theta[beyond[0]]
+            raise InputError(f"{column.name} is {value:g} {column.unit}, expected a size below {LARGEST:g}")
         theta.setflags(write=False)
         object.__setattr__(self, "theta", theta)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError, NotSolvedError
+from physident.errors import InputError, NotSolvedError, warn
 from physident.estimation.cones import Cones, Matrix
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
@@ -30,6 +31,7 @@ Array = NDArray[np.float64]
 DRAWS = 200  # draws behind the intervals: their ends then wander by a tenth of a standard error
 MOST = 0.95  # of them must be solved
 MAX_ROUNDS = 50
+ABSURD = 1e6  # kg, kg m, kg m^2: rounds that reach it do not settle
 SETTLED = 1e-6  # change of the load from one round to the next
 FAINT = 0.25  # a joint whose load torque is below this share of its residual says nothing of its own
 
@@ -124,10 +126,13 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
     """
     _refuse_fitted(estimate, recordings)
     model = estimate.model
+    if not any(effect.name == "rigid_body" for effect in model.effects):
+        raise InputError(
+            "the model has no rigid_body effect, so no link that could carry a load; identify one with it in --effects"
+        )
     gained = [with_gains(recording, estimate.drive_gains) for recording in recordings]
     signals = prepare_all(model.robot, gained, estimate.filter)
     whole, load, free = _free_load(estimate, signals)
-    _refuse_hidden(free)
     arm = _arm_covariance(estimate, whole, load, free.sigma)
     covariance = free.covariance + arm
     parameters, draws = _on_cone(load, free, covariance, seed)
@@ -152,17 +157,22 @@ def _free_load(estimate: Estimate, signals: Sequence[Signals]) -> tuple[Regresso
     Effects that depend on the torque a joint carries are evaluated with the load on the arm, until it settles.
     """
     model, carried = estimate.model, np.zeros(10)
+    bent = [effect.name for effect in model.effects if effect.needs_model]
     for _ in range(MAX_ROUNDS):
+        if not np.abs(carried).max() < ABSURD:
+            break
         whole = build_regressor(model.robot, model.effects, signals, estimate.filter, model=_carrying(model, carried))
         load = load_regressor(whole, whole.torque - whole.predict(model.theta))
-        free = least_squares(load, every_column(load.columns), np.zeros(10), "diagonal")
-        if np.linalg.norm(free.base - carried) <= SETTLED * np.linalg.norm(free.base) or not any(
-            effect.needs_model for effect in model.effects
-        ):
+        with warnings.catch_warnings(record=True) as said:  # of the last round alone
+            free = least_squares(load, every_column(load.columns), np.zeros(10), "diagonal")
+        if np.linalg.norm(free.base - carried) <= SETTLED * np.linalg.norm(free.base) or not bent:
+            _refuse_hidden(free)
+            for warning in said:
+                warn(str(warning.message))
             return whole, load, free
         carried = free.base
     raise NotSolvedError(
-        f"the load and the friction that grows with it did not settle in {MAX_ROUNDS} rounds; identify the arm without load_dependent_friction"
+        f"the load and what grows with it did not settle in {MAX_ROUNDS} rounds; identify the arm without {', '.join(bent)}"
     )
 
 

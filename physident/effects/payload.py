@@ -88,4 +88,8 @@ class LinkInertia(LinkChange):
 
     def links(self, robot: Robot) -> list[int]:
         links = self.active(robot)
+        if self.joints is None and len(links) < 2:
+            raise InputError(
+                f"link_inertia: robot {robot.name} has one link, whose change is payload; expected that effect"
+            )
         return links[:-1] if self.joints is None else links

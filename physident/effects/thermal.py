@@ -53,7 +53,7 @@ class WarmUp(Effect):
             weight = np.exp(-(signals.time - signals.origin) / self.shape(robot, "time_constant")[:, None])
         elif signals.temperature is None:
             raise InputError(
-                f"{signals.source}: no temperature channel, which warm_up with a reference temperature needs"
+                f"{signals.source}: no temperature channel, which warm_up with a reference temperature needs; expected temperature_1.. [degC] (simulate: sensors with temperature), or a model without it"
             )
         else:
             weight = signals.temperature.T[active] - self.reference_temperature

@@ -61,6 +61,8 @@ class CoupledFriction(Effect):
     def pairs(self, robot: Robot) -> list[tuple[int, int]]:
         """The coupled pairs, as indices from 0."""
         active = self.active(robot)
+        if len(active) < 2:
+            raise InputError(f"coupled_friction: robot {robot.name} has one joint, expected two that share a motor")
         return [(j, j + 1) for j in active[:-1]] if self.joints is None else [(active[0], active[1])]
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:

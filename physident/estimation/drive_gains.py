@@ -30,6 +30,7 @@ from physident.signals import Filter
 
 Array = NDArray[np.float64]
 METHODS = ("tls", "ls", "physical")
+HEAVIEST = 10.0  # of the arm's own mass
 VAGUE = 0.15  # half-width of a relative interval above which a gain is called vague
 
 
@@ -114,6 +115,11 @@ def identify_drive_gains(
         raise InputError(
             f"drive gains cannot be found beside {', '.join(bent)}, which depend on the torque itself; expected other effects"
         )
+    if sought := [f"{e.name} ({s.field})" for e in made for s in e.shapes if getattr(e, s.field) is None]:
+        raise InputError(
+            f"drive gains cannot be found beside {', '.join(sought)}, whose shape would have to be sought along; expected other effects"
+        )
+    _check_mass(robot, load_mass)
     filter = filter or Filter()
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
     regressor = build_regressor(robot, made, prepare_all(robot, recordings, filter), filter)
@@ -140,6 +146,15 @@ def identify_drive_gains(
         method, gains, np.column_stack([gains / spread, gains * spread]), covariance, blocks,
         solution.load, equations.unexplained(solution), tuple(recording.source for recording in (*unloaded, *loaded)),
     )  # fmt: skip
+
+
+def _check_mass(robot: Robot, load_mass: float) -> None:
+    """No arm carries ten times its own weight: such a mass is in grams."""
+    own = float(robot.nominal[::10].sum())
+    if 0 < HEAVIEST * own < load_mass:
+        raise InputError(
+            f"load mass is {load_mass:g} kg, but the links of {robot.name} weigh {own:.3g} kg together; expected kilograms"
+        )
 
 
 def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass: float, method: str) -> None:

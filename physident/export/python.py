@@ -89,7 +89,7 @@ def export_python(model: Model, path: str | Path) -> None:
 def python_of(model: Model) -> str:
     """Source text of the model's torque as a function of q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2], (n,) or (N, n).
 
-    Raises InputError, naming it, for an effect whose torque is no function of the present q, v, a.
+    Raises InputError, naming it, for an effect that has no formula here: one with a memory, a clock or pairs of joints.
     """
     robot = model.robot
     inertia = added_inertia(model)

@@ -106,7 +106,7 @@ def _check_tracking(time: float, state: State, wanted: Array) -> None:
         j = int(np.argmax(np.abs(values)))
         if abs(values[j]) > most:
             raise InputError(
-                f"simulation: joint {j + 1} {what.format(values[j])} at {time:.3f} s: unstable or too soft gains, or too large an external torque"
+                f"simulation: joint {j + 1} {what.format(values[j])} at {time:.3f} s: unstable or too soft gains, or too large an effect or external torque"
             )
 
 
