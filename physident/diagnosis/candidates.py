@@ -138,8 +138,6 @@ def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, list[Cand
         values = np.column_stack([rows.values, backward, noise[:, j]]) * 1.0
         values[~regressor.counted[:, j]] = 0.0
         joints.append(JointRows(np.append(rows.columns, own), values))
-        placebos += [
-            Candidate(name, (j + 1,), (Option(None, (at,)),)) for name, at in zip(PLACEBOS, own, strict=True)
-        ]
+        placebos += [Candidate(name, (j + 1,), (Option(None, (at,)),)) for name, at in zip(PLACEBOS, own, strict=True)]
     dummy = regressor.columns[-1]
     return replace(regressor, columns=regressor.columns + (dummy,) * (2 * n), joints=tuple(joints)), placebos

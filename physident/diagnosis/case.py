@@ -53,7 +53,9 @@ class Case:
         return self.start if isinstance(self.start, Model) else self.start.model
 
     @staticmethod
-    def open(question: Question, start: Estimate | Model, signals: Sequence[Signals], filter: Filter, seed: int) -> Case:
+    def open(
+        question: Question, start: Estimate | Model, signals: Sequence[Signals], filter: Filter, seed: int
+    ) -> Case:
         """Evaluate every candidate once and choose the folds."""
         model = start if isinstance(start, Model) else start.model
         effects: list[Effect] = list(model.effects)
@@ -81,7 +83,11 @@ class Case:
         theta = np.zeros(len(regressor.columns))
         theta[: len(self.model.theta)] = self.model.theta
         return Evidence(
-            regressor, (*self.candidates, *placebos), regressor.torque - regressor.predict(theta), self.fold, self.memory
+            regressor,
+            (*self.candidates, *placebos),
+            regressor.torque - regressor.predict(theta),
+            self.fold,
+            self.memory,
         )
 
     def state(self, accepted: Sequence[Accepted], model: Model, evidence: Evidence | None = None) -> State:
@@ -108,7 +114,9 @@ class Case:
                 rows = (self.regressor.recording == index) & (signals.recording == contact.recording)
                 time = self.regressor.time - signals.origin
                 for start, end in contact.intervals:
-                    fold[rows & (time >= start - 1 / self.filter.cutoff) & (time <= end + 1 / self.filter.cutoff)] = OUTSIDE
+                    fold[rows & (time >= start - 1 / self.filter.cutoff) & (time <= end + 1 / self.filter.cutoff)] = (
+                        OUTSIDE
+                    )
         return fold
 
     def columns(self, effect: Effect, model: Model) -> list[Array]:

@@ -62,22 +62,42 @@ def scan(state: State, responses: Array) -> Scan:
             best, gain = np.where(better, own.sum(axis=0), best), np.where(better, own, gain)
             if better[0]:
                 ends = (float(start + first[0] * PIECE), float(start + last[0] * PIECE))
-                effect, windows = Contact(intervals=(ends,), recording=signals.recording), judged[first[0] : last[0], :, 0]
+                effect, windows = (
+                    Contact(intervals=(ends,), recording=signals.recording),
+                    judged[first[0] : last[0], :, 0],
+                )
     worth = regressor.counted.sum(axis=0) / now.memory
     return Scan(evidence_of(before, gain, worth), before, gain, effect, windows)
 
 
 def placed(state: State, effect: Contact) -> Contact:
-    """The contact with its start moved to where its forces explain most, its pieces as many."""
-    judge, ((start, end),) = Judge(state), effect.intervals
-    moved = [Contact(intervals=((start + d, end + d),), recording=effect.recording) for d in EDGES if start + d >= 0]
-    return max(moved, key=lambda one: judge.gain(state.case.columns(one, state.model)))
+    """The contact with its start and number of pieces where its forces explain most for their number (Schwarz, 1978)."""
+    after = state.also(CONTACT, effect).fit  # sized by what the contact leaves, not by what it makes
+    judge, ((start, end),) = Judge(state, after.weights), effect.intervals
+    worth = float((len(state.evidence.fold) / after.memory).sum())
+    pieces = max(1, round((end - start) / PIECE))
+    begin = max(0.0, start)
+
+    def value(one: Contact) -> float:
+        forces = 3 * len(one.pieces())
+        return judge.gain(state.case.columns(one, state.model)) - forces * float(np.log(worth))
+
+    def made(first: float, count: int) -> Contact:
+        return Contact(intervals=((first, first + count * PIECE),), recording=effect.recording)
+
+    counts = range(max(1, pieces - 2), pieces + 3)
+    best = max((made(begin + d, k) for k in counts for d in (-PIECE, 0.0, PIECE) if begin + d >= 0), key=value)
+    ((begin, end),) = best.intervals
+    count = len(best.pieces())
+    return max((made(begin + d, count) for d in EDGES if begin + d >= 0), key=value)
 
 
 def _residual(state: State, responses: Array) -> Array:
     """What the baseline leaves of responses (M, n, S) when it is fitted to all rows."""
     weights, joints = state.fit.weights, state.baseline.joints
-    slope = np.sum([w * w * (B.T @ responses[:, j]) for j, (w, B) in enumerate(zip(weights, joints, strict=True))], axis=0)
+    slope = np.sum(
+        [w * w * (B.T @ responses[:, j]) for j, (w, B) in enumerate(zip(weights, joints, strict=True))], axis=0
+    )
     x = inverted(state.fit.normal) @ slope
     return responses - np.stack([B @ x for B in joints], axis=1)
 
@@ -106,5 +126,9 @@ def _intervals(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         top = np.argmax(runs, axis=0)
         value = runs[top, np.arange(S)]
         better = value > best
-        best, first, last = np.where(better, value, best), np.where(better, top, first), np.where(better, top + length, last)
+        best, first, last = (
+            np.where(better, value, best),
+            np.where(better, top, first),
+            np.where(better, top + length, last),
+        )
     return first, last

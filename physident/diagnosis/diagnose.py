@@ -100,7 +100,12 @@ def _verdict(named: bool, remainder: Sequence[Remainder]) -> Verdict:
 
 
 def _levels(
-    case: Case, first: State, last: State, model: Estimate | Model, extended: Estimate | None, holdout: Sequence[Recording]
+    case: Case,
+    first: State,
+    last: State,
+    model: Estimate | Model,
+    extended: Estimate | None,
+    holdout: Sequence[Recording],
 ) -> tuple[Levels, Levels]:
     """Errors before and after: on the holdout where there is one, else on rows that were left out."""
     if holdout:

@@ -20,7 +20,9 @@ from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels, correl
 from physident.regressor import Regressor
 
 Array = NDArray[np.float64]
-SETTLED = 0.95  # of a residual's size from one round of weights to the next: they set the power of the test, not its level
+SETTLED = (
+    0.95  # of a residual's size from one round of weights to the next: they set the power of the test, not its level
+)
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
 RANK = 1e-12  # of the largest eigenvalue of the scaled normal matrix: the square of a singular value
 OUTSIDE = -1  # fold of a row in a gap between blocks
@@ -112,7 +114,9 @@ def fit(evidence: Evidence, baseline: Baseline) -> Fit:
         freedom = float(np.sum(inverse * data))
         left = np.maximum(counted - freedom / y.shape[1], counted / 2)
         after = np.maximum(np.sqrt((residual**2).sum(axis=0) / left), floor)
-        if (after >= SETTLED * sigma).all():  # each round only sharpens the joints that fit better than they were trusted
+        if (
+            after >= SETTLED * sigma
+        ).all():  # each round only sharpens the joints that fit better than they were trusted
             return Fit(x, residual, after, weights, evidence.memory, freedom, normal)
         sigma = np.minimum(after, sigma)
 
@@ -170,7 +174,9 @@ class LeftOut:
     def least(self) -> Array:
         """Evidence (candidates, S) without the fold that speaks most for a candidate."""
         before, gain = self.before.sum(axis=0), self.gain.sum(axis=1)
-        every = [evidence_of(before - self.before[f], gain - self.gain[:, f], self.worth) for f in range(len(self.before))]
+        every = [
+            evidence_of(before - self.before[f], gain - self.gain[:, f], self.worth) for f in range(len(self.before))
+        ]
         return np.min(every, axis=0)
 
 
@@ -298,9 +304,7 @@ def _total(products: Sequence[_Products]) -> _Products:
     return whole
 
 
-def _left_out(
-    evidence: Evidence, train: _Products, test: Sequence[_Products], prior: Array
-) -> tuple[Array, Array]:
+def _left_out(evidence: Evidence, train: _Products, test: Sequence[_Products], prior: Array) -> tuple[Array, Array]:
     """Costs (n, S) of the baseline on one fold by joint, and gains (candidates, n, S) of what the other folds decide."""
     inverse = inverted(train.BB + np.diag(prior))
     Z, x = inverse @ train.BC, inverse @ train.By

@@ -74,7 +74,9 @@ def _finding(number: int, f: Finding) -> list[str]:
     if f.intervals:
         rows.append("   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals))
     if f.rivals:
-        rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell. {f.advice}")
+        rows.append(
+            f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell. {f.advice}"
+        )
     return rows
 
 

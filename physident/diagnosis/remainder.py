@@ -50,7 +50,9 @@ class Remainder:
             f"order {self.order:g}": self.order_share,
         }  # fmt: skip
         name = max(shares, key=lambda key: shares[key])
-        against = f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "none against v, q, load, time"
+        against = (
+            f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "none against v, q, load, time"
+        )
         return f"{100 * self.slow:.0f} % of its power below {SLOW:g} Hz, {against}"
 
     def as_dict(self) -> dict[str, Any]:

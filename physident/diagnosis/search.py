@@ -109,7 +109,9 @@ def settled(case: Case, accepted: Sequence[Accepted], before: State | None = Non
     return fresh if before.near(model) else case.state(accepted, model)
 
 
-def _forward(case: Case, accepted: tuple[Accepted, ...], progress: Callable[[str], None]) -> tuple[tuple[Accepted, ...], Look, Look]:
+def _forward(
+    case: Case, accepted: tuple[Accepted, ...], progress: Callable[[str], None]
+) -> tuple[tuple[Accepted, ...], Look, Look]:
     state = settled(case, accepted)
     first = None
     while True:

@@ -45,21 +45,22 @@ def refined(state: State, candidate: Candidate) -> Effect:
 
 
 class Judge:
-    """The gain of columns on all rows beside a fitted baseline."""
+    """The gain of columns on all rows beside a state's baseline, refitted with ``weights`` (n,), its own unless given."""
 
-    def __init__(self, state: State) -> None:
-        self.state, self.weights = state, state.fit.weights
-        self.inverse = inverted(state.fit.normal)
+    def __init__(self, state: State, weights: Array | None = None) -> None:
+        self.weights = state.fit.weights if weights is None else weights
+        self.joints, response = state.baseline.joints, state.evidence.response
+        squares = [B.T @ B for B in self.joints]
+        slopes = [B.T @ y for B, y in zip(self.joints, response.T, strict=True)]
+        self.inverse = inverted(np.tensordot(self.weights**2, squares, 1) + np.diag(state.baseline.prior))
+        x = self.inverse @ np.tensordot(self.weights**2, slopes, 1)
+        self.residual = response - np.column_stack([B @ x for B in self.joints])
 
     def gain(self, columns: Sequence[Array]) -> float:
         """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
         inner = sum(w * w * (c.T @ c) for w, c in zip(self.weights, columns, strict=True))
-        slope = sum(
-            w * w * (c.T @ r) for w, c, r in zip(self.weights, columns, self.state.fit.residual.T, strict=True)
-        )
-        cross = sum(
-            w * w * (B.T @ c) for w, B, c in zip(self.weights, self.state.baseline.joints, columns, strict=True)
-        )
+        slope = sum(w * w * (c.T @ r) for w, c, r in zip(self.weights, columns, self.residual.T, strict=True))
+        cross = sum(w * w * (B.T @ c) for w, B, c in zip(self.weights, self.joints, columns, strict=True))
         outside = inner - cross.T @ self.inverse @ cross
         root = whitening(np.asarray(inner)[None], np.asarray(outside)[None])[0]
         return float(np.sum((root.T @ slope) ** 2))
