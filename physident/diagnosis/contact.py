@@ -92,6 +92,20 @@ def placed(state: State, effect: Contact) -> Contact:
     return max((made(begin + d, count) for d in EDGES if begin + d >= 0), key=value)
 
 
+def by_others(state: State, effect: Contact, weights: Array) -> Array:
+    """What a contact's pieces explain (W, n) of each joint beside a state's baseline, by the force that the others tell;
+    in units of joints' ``weights`` (n,)."""
+    regressor = state.evidence.regressor
+    index = [signals.recording for signals in state.case.signals].index(effect.recording)
+    signals, ((start, end),) = state.case.signals[index], effect.intervals
+    time = regressor.time - signals.origin
+    rows = (regressor.recording == index) & (time >= start) & (time < end)
+    at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
+    J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights * regressor.counted[rows][:, None, :]
+    residual = _residual(state, state.evidence.response[:, :, None])[rows] * weights[:, None]
+    return _windows(J, residual, np.floor((time[rows] - start) / PIECE + 1e-9).astype(int))[:, :, 0]
+
+
 def _residual(state: State, responses: Array) -> Array:
     """What the baseline leaves of responses (M, n, S) when it is fitted to all rows."""
     weights, joints = state.fit.weights, state.baseline.joints

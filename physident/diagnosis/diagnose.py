@@ -112,7 +112,8 @@ def _levels(
         start = as_estimate(model, case.filter)
         if extended is None:
             score = validate(start, holdout)
-            return (Levels(score.rms, score.relative),) * 2
+            level = Levels(score.rms, score.relative)
+            return level, level
         gain = compare(start, extended, on=holdout)
         return Levels(gain.before.rms, gain.before.relative), Levels(gain.after.rms, gain.after.relative)
     return _left_out(first), _left_out(last)

@@ -51,7 +51,7 @@ def certainty(state: State) -> Certainty:
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[R:]
     J = state.jacobian
     shapes = {
-        key: float(error * getattr(a.effect, _field(a))[0])
+        key: float(error * getattr(a.effect, str(_field(a)))[0])
         for key, error in zip(shaped, errors, strict=True)
         for a in state.accepted
         if a.candidate.key == key

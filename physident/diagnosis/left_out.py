@@ -65,7 +65,7 @@ def block_costs(residual: Array, weights: Array, labels: NDArray[np.intp]) -> Ar
     """Squared weighted residual of each block (G, n), by joint."""
     squares = (residual * weights) ** 2
     inside = labels != OUTSIDE
-    return np.column_stack([np.bincount(labels[inside], own[inside]) for own in squares.T])
+    return np.column_stack([np.bincount(labels[inside], own[inside]).astype(float) for own in squares.T])
 
 
 def standard_error(differences: Array) -> float:

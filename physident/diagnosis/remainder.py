@@ -113,7 +113,7 @@ def _spectrum(r: Array, segment: NDArray[np.intp], rate: float) -> tuple[Array, 
     longest = np.bincount(segment).argmax()
     part = r[segment == longest]
     power = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2
-    return power, np.fft.rfftfreq(len(part), 1 / rate)
+    return power, np.asarray(np.fft.rfftfreq(len(part), 1 / rate), dtype=float)
 
 
 def _lag_one(r: Array, segment: NDArray[np.intp]) -> float:

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.case import Accepted, State
-from physident.diagnosis.contact import CONTACT, scan
+from physident.diagnosis.contact import CONTACT, by_others
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
 from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
 from physident.diagnosis.left_out import block_costs, left_out_residual
 from physident.diagnosis.rivals import Examined
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.contact import Contact
 
 Array = NDArray[np.float64]
 ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
@@ -54,7 +55,7 @@ def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
 def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -> Reduction:
     rest = state.case.state([a for a in state.accepted if a not in group], state.model, state.evidence)
     if group[0].candidate is CONTACT:
-        return _touch(rest)
+        return _touch(state, rest, group)
     weights = 1 / state.fit.sigma
     own = [j - 1 for j in joints] or list(range(len(weights)))
     labels = blocks(state.evidence, float(state.fit.memory.max()))
@@ -70,27 +71,29 @@ def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -
     return Reduction(sizes[0], sizes[1], 100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0, (low, high))
 
 
-def _touch(rest: State) -> Reduction:
-    """What a contact gains, each joint judged by the force that the others tell; all joints, noise-weighted."""
-    found = scan(rest, rest.evidence.response[:, :, None])
-    before, gain = float(found.before.sum()), found.windows.sum(axis=1)
+def _touch(state: State, rest: State, group: Sequence[Accepted]) -> Reduction:
+    """What contacts gain, each joint judged by the force that the others tell; all joints, noise-weighted."""
+    weights = 1 / state.fit.sigma
+    contacts = [a.effect for a in group if isinstance(a.effect, Contact)]
+    gain = np.concatenate([by_others(rest, contact, weights).sum(axis=1) for contact in contacts])
+    before = float(np.sum((rest.fit.residual * weights) ** 2))
     draws = np.random.default_rng([rest.case.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
-    left = np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0)
-    low, high = np.quantile(100 * (1 - np.sqrt(left[:-1])), (0.025, 0.975))
-    weights = rest.fit.weights
-    size = float(np.sqrt(before / (len(rest.evidence.fold) * np.sum(weights**2))))
-    after = size * float(np.sqrt(left[-1]))
-    return Reduction(size, after, 100 * (1 - after / size), (float(low), float(high)))
+    left = np.sqrt(np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0))
+    low, high = np.quantile(100 * (1 - left[:-1]), (0.025, 0.975))
+    size = float(np.sqrt(before / (len(rest.fit.residual) * np.sum(weights**2))))
+    return Reduction(size, size * float(left[-1]), 100 * (1 - float(left[-1])), (float(low), float(high)))
 
 
 def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
     """The effect's parameters in the extended model, and its shapes."""
     at = state.accepted.index(accepted)
     model, effect = state.extension.model, accepted.effect
+    # no block but its own shows a contact's force: its error is that of the fit
+    covariance = state.covariance if isinstance(effect, Contact) else sure.covariance
     old = {c.name: float(v) for c, v in zip(state.case.model.columns, state.case.model.theta, strict=True)}
     result = []
     for column, place in zip(effect.columns(model.robot), state.extension.places[at], strict=True):
-        value, error = float(model.theta[place]), float(np.sqrt(max(sure.covariance[place, place], 0.0)))
+        value, error = float(model.theta[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
         ends = (value - sure.half * error, value + sure.half * error)
         change = value - old.get(column.name, 0.0)
         result.append(Value(_short(column.name, effect.name), column.joint, value, change, error, ends, column.unit))

@@ -92,7 +92,8 @@ def search(case: Case, progress: Callable[[str], None] = lambda _: None) -> Sear
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
         accepted = kept
-    assert first is not None and last is not None
+    assert first is not None
+    assert last is not None
     return Search(last.state.accepted, last, first)
 
 

@@ -58,9 +58,10 @@ class Judge:
 
     def gain(self, columns: Sequence[Array]) -> float:
         """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
-        inner = sum(w * w * (c.T @ c) for w, c in zip(self.weights, columns, strict=True))
-        slope = sum(w * w * (c.T @ r) for w, c, r in zip(self.weights, columns, self.residual.T, strict=True))
-        cross = sum(w * w * (B.T @ c) for w, B, c in zip(self.weights, self.joints, columns, strict=True))
+        squares = self.weights**2
+        inner = np.tensordot(squares, [c.T @ c for c in columns], 1)
+        slope = np.tensordot(squares, [c.T @ r for c, r in zip(columns, self.residual.T, strict=True)], 1)
+        cross = np.tensordot(squares, [B.T @ c for B, c in zip(self.joints, columns, strict=True)], 1)
         outside = inner - cross.T @ self.inverse @ cross
         root = whitening(np.asarray(inner)[None], np.asarray(outside)[None])[0]
         return float(np.sum((root.T @ slope) ** 2))
