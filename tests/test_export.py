@@ -18,6 +18,8 @@ from physident.base_parameters import random_motion
 from physident.cli import run
 from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.ripple import TorqueRipple
+from physident.effects.transmission import CoupledFriction
 from physident.estimation.uncertainty import t_quantile
 from physident.export.parameters import parameters_of
 from physident.export.python import python_of
@@ -229,8 +231,8 @@ def test_python_function_holds_every_effect_it_can(tmp_path: Path) -> None:
     robot = lumped()
     named = "rigid_body rotor_inertia payload gravity_tilt viscous_friction coulomb_friction friction_asymmetry"
     more = "load_dependent_friction joint_spring torque_constant torque_offset"
-    shaped = StribeckFriction((2,), (0.1,)), NonlinearViscousFriction(None, (0.5, 2.0))
-    effects = pid.make_effects([*named.split(), *more.split(), *shaped])
+    shaped = StribeckFriction((2,), (0.1,)), NonlinearViscousFriction(None, (0.5, 2.0)), TorqueRipple((2,), (3.0,))
+    effects = pid.make_effects([*named.split(), *more.split(), *shaped, CoupledFriction((2, 1))])
     count = len(pid.Model.nominal(robot, effects).theta)
     model = pid.Model(robot, effects, np.random.default_rng(14).uniform(0.1, 1.0, size=count))
     space: dict = {}

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Effect
 from physident.effects.friction import SMOOTHING
+from physident.effects.ripple import TorqueRipple
+from physident.effects.transmission import CoupledFriction
 from physident.errors import InputError
 from physident.export.links import added_inertia, effect_parameters
 from physident.files import write_text
@@ -89,7 +91,7 @@ def export_python(model: Model, path: str | Path) -> None:
 def python_of(model: Model) -> str:
     """Source text of the model's torque as a function of q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2], (n,) or (N, n).
 
-    Raises InputError, naming it, for an effect that has no formula here: one with a memory, a clock or pairs of joints.
+    Raises InputError, naming it, for an effect that has no formula here: one with a memory or a clock, or that moves what the encoders show.
     """
     robot = model.robot
     inertia = added_inertia(model)
@@ -123,15 +125,20 @@ def torque(q, v, a):
 
 
 def _refuse_unknown(effects: list[Effect]) -> None:
-    unknown = [effect.name for effect in effects if effect.name not in FORMULAS]
+    known = (*FORMULAS, "torque_ripple", "coupled_friction")
+    unknown = [effect.name for effect in effects if effect.name not in known]
     if unknown:
         raise InputError(
-            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected effects of mass and {', '.join(FORMULAS)}: identify a model of these with --effects"
+            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected effects of mass and {', '.join(known)}: identify a model of these with --effects"
         )
 
 
 def _term(effect: Effect, robot: Robot, theta: Array) -> str:
     """One effect as an expression: a parameter for each joint times its formula, zero where it does not act."""
+    if isinstance(effect, TorqueRipple):
+        return _ripple(effect, robot, theta)
+    if isinstance(effect, CoupledFriction):
+        return _coupled(effect, robot, theta)
     active = effect.active(robot)
     shapes = {shape.field: np.ones(robot.n) for shape in effect.shapes}
     for name, values in shapes.items():
@@ -142,6 +149,27 @@ def _term(effect: Effect, robot: Robot, theta: Array) -> str:
     gains[active] = theta
     formula = FORMULAS[effect.name].format(**settings)
     return f"np.array({gains.tolist()!r}) * {formula}  # {effect.name} [{effect.unit}]"
+
+
+def _ripple(effect: TorqueRipple, robot: Robot, theta: Array) -> str:
+    """Sine and cosine of each joint's angle times its order."""
+    active = effect.active(robot)
+    order, sine, cosine = np.zeros((3, robot.n))
+    order[active] = effect.shape(robot, "order")
+    sine[active], cosine[active] = theta.reshape(-1, 2).T
+    k, A, B = (f"np.array({x.tolist()!r})" for x in (order, sine, cosine))
+    return f"{A} * np.sin({k} * q) + {B} * np.cos({k} * q)  # {effect.name} [{effect.unit}]"
+
+
+def _coupled(effect: CoupledFriction, robot: Robot, theta: Array) -> str:
+    """Friction of the sum of two joints' velocities, on both: a row of ones at each pair."""
+    pairs = effect.pairs(robot)
+    together = np.zeros((len(pairs), robot.n))
+    for row, pair in zip(together, pairs, strict=True):
+        row[list(pair)] = 1.0
+    P, Fc, Fv = (f"np.array({x.tolist()!r})" for x in (together, *theta.reshape(-1, 2).T))
+    w = f"(v @ {P}.T)"
+    return f"({Fc} * np.tanh({w} / {SMOOTHING}) + {Fv} * {w}) @ {P}  # {effect.name} [{effect.unit}]"
 
 
 def _constants(robot: Robot, links: Array, gravity: Array) -> str:
