@@ -187,7 +187,11 @@ def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
     if not recordings:
         raise InputError("no recordings given, expected at least one with the load on the arm")
     fitted = {source.sha256 for source in estimate.sources}
+    seen: set[str] = set()
     for recording in recordings:
+        if recording.sha256 in seen:
+            raise InputError(f"{recording.source}: holds the same as a recording before it; expected each once")
+        seen.add(recording.sha256)
         if recording.sha256 in fitted:
             raise InputError(
                 f"{recording.source}: the arm's model was fitted to it, so its load is in the model already; expected a recording with a load the model has not seen"

@@ -110,6 +110,8 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "payload on friction alone": (["payload", "b.csv", "--model", "f.json"], "no rigid_body"),
     "payload with empty columns": (["payload", "b.csv", "--model", "m.json", "--columns", ""], "columns"),
     "payload that the motion hides": (["payload", "b.csv", "--model", "m.json"], "does not show"),
+    "payload of one recording twice": (["payload", "b.csv", "./b.csv", "--model", "m.json"], "each once"),
+    "gains of one recording twice": ([*GAINS, "1.5", "--loaded", "./j.csv"], "each once"),
     "gains onto a recording": ([*GAINS, "1.5", "--json", "i.csv"], OUTPUT),
     "gains onto the robot": ([*GAINS, "1.5", "--json", "arm.urdf"], OUTPUT),
     "gains from grams": ([*GAINS, "1500"], "expected kilograms"),

@@ -172,6 +172,11 @@ def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass
             raise InputError(
                 f"{recording.source}: holds torques, expected motor currents [A]; drive gains turn one into the other"
             )
+    for group in (unloaded, loaded):
+        seen = [recording.sha256 for recording in group]
+        for at, recording in enumerate(group):
+            if recording.sha256 in seen[:at]:
+                raise InputError(f"{recording.source}: holds the same as a recording before it; expected each once")
     both = {r.sha256 for r in unloaded} & {r.sha256 for r in loaded}
     if both:
         name = next(r.source for r in loaded if r.sha256 in both)
