@@ -1,0 +1,117 @@
+"""Left-out gains against plain refits of the stacked rows, one split at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from physident.diagnosis.candidates import Candidate, Option
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds, gains, shares
+from physident.diagnosis.left_out import block_costs, left_out_residual
+from physident.effects.effect import Column
+from physident.regressor import JointRows, Regressor
+
+M, N = 240, 2
+OPTIONS = (
+    (0,),
+    (1,),
+    (2, 3),
+    (4,),
+)  # columns of the candidates: a shape of two, one of two columns, one in both joints
+ROWS = ((0, 1, 4), (2, 3, 4))  # which joint has which columns
+
+
+def made(prior: float) -> tuple[Evidence, Baseline]:
+    rng = np.random.default_rng(8)
+    base = tuple(rng.standard_normal((M, 5)) for _ in range(N))
+    joints = tuple(JointRows(np.array(own), rng.standard_normal((M, len(own)))) for own in ROWS)
+    torque = np.column_stack([rows.values.sum(axis=1) for rows in joints]) + 0.3 * rng.standard_normal((M, N))
+    columns = tuple(Column(f"c{i}", "1", 1, "test") for i in range(5))
+    zero = np.zeros(M, dtype=int)
+    regressor = Regressor(columns, joints, torque, np.arange(M) / 20, zero, zero, 20.0, np.ones((M, N), dtype=bool))
+    candidates = (
+        Candidate("shaped", (1,), (Option(None, (0,)), Option(None, (1,)))),
+        Candidate("double", (2,), (Option(None, (2, 3)),)),
+        Candidate("both", (), (Option(None, (4,)),)),
+    )
+    fold = np.repeat([0, 1, 2, 3], 60)
+    fold[[60, 61, 120, 180]] = OUTSIDE
+    return Evidence(regressor, candidates, torque, fold, np.ones(N)), Baseline(base, np.full(5, prior))
+
+
+def stacked(evidence: Evidence, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...]) -> np.ndarray:
+    """Rows (M, n, 5 + k) of the baseline and some columns, in units of the noise."""
+    rows = []
+    for j in range(N):
+        rows.append(weights[j] * np.column_stack([baseline.joints[j], evidence.columns(j, columns)]))
+    return np.stack(rows, axis=1)
+
+
+def refitted(evidence: Evidence, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...], f: int) -> tuple:
+    """Cost on the other folds and costs (n,) on fold f of a plain least-squares fit on the other folds."""
+    A, y = stacked(evidence, baseline, weights, columns), evidence.response * weights
+    train, test = (evidence.fold != f) & (evidence.fold != OUTSIDE), evidence.fold == f
+    pulls = np.diag(np.sqrt(np.append(baseline.prior, np.zeros(len(columns)))))[:5]
+    rows = np.concatenate([A[train].reshape(-1, A.shape[2]), pulls])
+    x = np.linalg.lstsq(rows, np.append(y[train].ravel(), np.zeros(5)), rcond=None)[0]
+    left = rows @ x - np.append(y[train].ravel(), np.zeros(5))
+    return float(left @ left), np.sum((y[test] - A[test] @ x) ** 2, axis=0)
+
+
+@pytest.mark.parametrize("prior", [0.0, 50.0])
+def test_gains_are_those_of_refits_with_the_shape_chosen_outside_the_fold(prior: float) -> None:
+    evidence, baseline = made(prior)
+    now = fit(evidence, baseline)
+    found = gains(evidence, baseline, now, evidence.response[:, :, None])
+    for f in range(4):
+        _, before = refitted(evidence, baseline, now.weights, (), f)
+        np.testing.assert_allclose(found.before[f, :, 0], before, rtol=1e-8)
+        for c, candidate in enumerate(evidence.candidates):
+            fits = [refitted(evidence, baseline, now.weights, o.columns, f) for o in candidate.options]
+            after = min(fits, key=lambda one: one[0])[1]
+            np.testing.assert_allclose(found.gain[c, f, :, 0], before - after, rtol=1e-7, atol=1e-7)
+
+
+def test_row_by_row_residuals_add_up_to_the_same_costs() -> None:
+    evidence, baseline = made(2.0)
+    now = fit(evidence, baseline)
+    found = gains(evidence, baseline, now, evidence.response[:, :, None])
+    labels = blocks(evidence, 2.0)
+    for c, candidate in enumerate(evidence.candidates):
+        options = [evidence.everywhere(option.columns) for option in candidate.options]
+        after = block_costs(left_out_residual(evidence, baseline, now.weights, options), now.weights, labels)
+        before = block_costs(left_out_residual(evidence, baseline, now.weights), now.weights, labels)
+        np.testing.assert_allclose(
+            (before - after).sum(axis=0), found.gain[c, :, :, 0].sum(axis=0), rtol=1e-7, atol=1e-7
+        )
+
+
+def test_a_column_of_the_baseline_has_no_share_and_one_across_it_has_all() -> None:
+    evidence, baseline = made(0.0)
+    inside = Baseline((np.column_stack([baseline.joints[0], evidence.columns(0, (0,))]),
+                       np.column_stack([baseline.joints[1], evidence.columns(1, (0,))])), np.zeros(6))  # fmt: skip
+    one = Evidence(evidence.regressor, (Candidate("own", (1,), (Option(None, (0,)),)),), evidence.response,
+                   evidence.fold, evidence.memory)  # fmt: skip
+    assert shares(one, inside, np.ones(N))[0] < 1e-10
+    assert shares(one, Baseline((np.zeros((M, 1)),) * 2, np.ones(1)), np.ones(N))[0] == pytest.approx(1.0)
+
+
+def test_folds_are_recordings_from_four_on_else_blocks_with_gaps() -> None:
+    evidence, _ = made(0.0)
+    assert set(folds(evidence.regressor, 3.0, 1)) >= {OUTSIDE, 0, 1, 2, 3}
+    labels = folds(evidence.regressor, 3.0, 1)
+    for a, b in zip(labels[:-1], labels[1:], strict=True):
+        assert a == b or OUTSIDE in (a, b)  # blocks never touch
+    recording = np.repeat(np.arange(5), 48)
+    from dataclasses import replace
+
+    assert (folds(replace(evidence.regressor, recording=recording), 3.0, 5) == recording).all()
+
+
+def test_the_evidence_of_pure_noise_stays_small_and_that_of_the_truth_is_a_likelihood_ratio() -> None:
+    evidence, baseline = made(0.0)
+    now = fit(evidence, baseline)
+    noise = np.random.default_rng(4).standard_normal((M, N, 200))
+    found = gains(evidence, baseline, now, np.concatenate([evidence.response[:, :, None], noise], axis=2)).evidence
+    assert np.median(found[:, 1:]) < 1.0  # overfitting costs on left-out rows
+    assert found[1, 0] > found[1, 1:].max()
