@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,11 +103,9 @@ def test_folds_are_recordings_from_four_on_else_blocks_with_gaps() -> None:
     evidence, _ = made(0.0)
     assert set(folds(evidence.regressor, 3.0, 1)) >= {OUTSIDE, 0, 1, 2, 3}
     labels = folds(evidence.regressor, 3.0, 1)
-    for a, b in zip(labels[:-1], labels[1:], strict=True):
+    for a, b in itertools.pairwise(labels):
         assert a == b or OUTSIDE in (a, b)  # blocks never touch
     recording = np.repeat(np.arange(5), 48)
-    from dataclasses import replace
-
     assert (folds(replace(evidence.regressor, recording=recording), 3.0, 5) == recording).all()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -46,6 +46,7 @@ class Case:
     freedom: Freedom
     fold: NDArray[np.intp]
     memory: Array
+    known: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns evaluated before
 
     @property
     def model(self) -> Model:
@@ -121,6 +122,12 @@ class Case:
 
     def columns(self, effect: Effect, model: Model) -> list[Array]:
         """A concrete effect's columns (M, k) in each joint's rows, by a model."""
+        key = (effect, model if effect.needs_model else None)
+        if key not in self.known:
+            self.known[key] = self._evaluated(effect, model)
+        return self.known[key]
+
+    def _evaluated(self, effect: Effect, model: Model) -> list[Array]:
         own = build_regressor(model.robot, [effect], self.signals, self.filter, model=model)
         k = len(own.columns)
         result = []

@@ -76,12 +76,12 @@ def describe(state: State) -> tuple[Remainder, ...]:
         lines = np.abs(np.exp(-1j * orders[:, None] * q[:, j]) @ r) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
         top = int(np.argmax(lines))
         clock = regressor.time - regressor.time[0]
-        curves = [_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock)]
+        by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
         result.append(
             Remainder(
                 j + 1, float(np.sqrt(np.mean(r**2))), _lag_one(r, regressor.segment), float(memory[j] / rate),
                 white / rate, float(power[frequency < SLOW].sum() / total), float(frequency[np.argmax(power)]),
-                *curves, float(orders[top]), float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
+                by_v, by_q, by_load, by_time, float(orders[top]), float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
             )
         )  # fmt: skip
     return tuple(result)

@@ -123,4 +123,4 @@ def _advice(name: str, rivals: Sequence[Rival]) -> str:
     other = rivals[0].effect
     said = [text for own, text in ((other, CATALOGUE[name].rivals), (name, CATALOGUE[other].rivals)) if own in text]
     how = said[0] if said else CATALOGUE[name].rivals
-    return f"{how}; physident design --discriminate {name} {other}"
+    return how if other == name else f"{how}; physident design --discriminate {name} {other}"
