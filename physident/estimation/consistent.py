@@ -32,6 +32,7 @@ WEIGHTS = tuple(float(w) for w in 10.0 ** np.arange(-2, 5))  # tried by "auto"
 FOLDS = 8
 MEMORY_ITERATIONS = 3
 LEAST_NOISE = 0.01  # of a joint's torque, at the start
+DIGITS = 1e-4  # of a joint's torque: no torque is known better, and a solver could not use it
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +136,7 @@ def _settle(
             rows = np.sqrt(huber_weights(residual / found, HUBER))
         else:
             found = joint_sigma(regressor, residual, 0.0)
+        found = np.maximum(found, DIGITS * np.sqrt((regressor.torque**2).mean(axis=0)))
         settled = memory is not None and np.allclose(found, sigma, rtol=SETTLED)
         if memory is None or iteration <= MEMORY_ITERATIONS:  # a sum cut off at a lag may flip for ever: then held
             memory = correlation_rows(regressor, residual)

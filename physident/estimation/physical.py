@@ -26,7 +26,9 @@ from physident.estimation.weighting import Compressed
 Array = NDArray[np.float64]
 TOLERANCES = (1e-9, 1e-8, 1e-7)  # asked of the solver in turn: near the tip of a cone rounding may forbid the first
 GIVES = 1e-6  # by how much a contradicted bound must give, relative to its row
-PROVED = Optimality(primal=1e-7, dual=1e-3, gap=1e-6)  # a gap of 1e-8 leaves a gradient of its square root
+# primal: half the margin by which the cones are tightened, so that the answer lies inside the cones themselves; dual: a
+# gap of 1e-8 leaves a gradient of its square root
+PROVED = Optimality(primal=5e-7, dual=1e-3, gap=5e-6)
 SIZED_NOISE = 0.5  # what the data term comes to when residuals are as large as their noise
 LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
 
@@ -140,7 +142,8 @@ class Program:
         residual = A @ u - data.z / np.sqrt(data.rows)
         square = residual @ residual + data.rest / data.rows
         gradient = A.T @ residual
-        sizes = np.linalg.norm(A, axis=0) * np.sqrt(square)
+        # noise-free data: residuals count as at least as large as the noise they are given
+        sizes = np.linalg.norm(A, axis=0) * np.sqrt(max(square, 2 * SIZED_NOISE))
         objective = 0.5 * square
         away = u - self.coordinates.nominal
         for _, own in self.coordinates.links:
