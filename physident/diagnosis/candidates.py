@@ -112,7 +112,11 @@ def _shaped(robot: Robot, name: str, joints: tuple[int, ...], signals: Sequence[
     if not cls.shapes:
         return [cls(joints=where)]
     (shape,) = cls.shapes
-    effects = [cls(joints=where, **{shape.field: (value,)}) for value in grid(robot, name, joints, shape)]
+    values = grid(robot, name, joints, shape)
+    if name == "warm_up":  # what takes longer than a recording is, in it, another constant value of friction
+        longest = max(float(one.time[-1] - one.time[0]) for one in signals)
+        values = tuple(value for value in values if value <= longest) or values[:1]
+    effects = [cls(joints=where, **{shape.field: (value,)}) for value in values]
     warmth = [one.temperature for one in signals]
     if name == "warm_up" and all(w is not None and np.ptp(w, axis=0).max() > WARMED for w in warmth):
         start = float(np.mean([w[0].mean() for w in warmth if w is not None]))

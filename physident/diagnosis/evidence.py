@@ -24,7 +24,8 @@ SETTLED = (
     0.95  # of a residual's size from one round of weights to the next: they set the power of the test, not its level
 )
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
-RANK = 1e-12  # of the largest eigenvalue of the scaled normal matrix: the square of a singular value
+RANK = 1e-10  # of the largest eigenvalue of the scaled normal matrix, the square of a singular value: below, rounding decides
+ZERO = 1e-9  # of the largest column: a smaller one is rounding
 OUTSIDE = -1  # fold of a row in a gap between blocks
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 FOLDS = (4, 8)  # fewer leave too little to fit, more cost time and gain nothing
@@ -341,7 +342,8 @@ def _left_out(evidence: Evidence, train: _Products, test: Sequence[_Products], p
 
 def whitening(inner: Array, outside: Array) -> Array:
     """Roots (O, k, k) of the inverse of ``outside`` (O, k, k), zero along directions inside the baseline."""
-    size = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 1e-300))
+    size = np.sqrt(np.diagonal(inner, axis1=1, axis2=2))
+    size = np.where(size > ZERO * np.maximum(size.max(axis=1, keepdims=True), 1e-300), size, np.inf)
     values, vectors = np.linalg.eigh(outside / (size[:, :, None] * size[:, None, :]))
     scale = np.where(values > INSIDE, 1 / np.sqrt(np.maximum(values, INSIDE)), 0.0)
     return vectors * scale[:, None, :] / size[:, :, None]
@@ -351,7 +353,8 @@ def inverted(H: Array) -> Array:
     """Inverse of a normal matrix (R, R), zero along directions that nothing decides."""
     if not len(H):
         return H
-    size = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
+    size = np.sqrt(np.diag(H))
+    size = np.where(size > ZERO * size.max(), size, np.inf)
     values, vectors = np.linalg.eigh(H / np.outer(size, size))
     kept = values > RANK * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
