@@ -17,6 +17,7 @@ from physident.signals import Signals
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
+NOTHING = 1e-9  # of the effect's largest column: below it a column is rounding
 STATES = 400
 WIDTH = 100  # characters of a printed line
 RATE = 20.0  # Hz
@@ -124,10 +125,11 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
     if not size.any():
         raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")
     p = R.shape[1]
+    largest = {c.effect: max(size[i] for i, d in enumerate(columns) if d.effect == c.effect) for c in columns}
     basis = np.zeros((len(R), 0))
     shares, independent = np.zeros(p), []
     for i in range(p):
-        if size[i] <= 1e-12 * size.max():
+        if size[i] <= NOTHING * largest[columns[i].effect]:
             continue
         rest = R[:, i] / size[i]
         for _ in range(2):  # the second pass removes what rounding left of the first

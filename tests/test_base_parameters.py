@@ -88,4 +88,4 @@ def test_late_column_survives_many_dependent_ones() -> None:
 
 def test_zero_regressor_is_refused() -> None:
     with pytest.raises(pid.InputError, match="zero in every column"):
-        select_base(np.zeros((3, 3)), ())
+        select_base(np.zeros((3, 3)), tuple(pid.Column(f"c{i}", "1", 1, "made") for i in range(3)))

@@ -43,12 +43,25 @@ def main() -> None:
 
 
 def run(arguments: list[str]) -> int:
-    """Run one command and return its exit code; everything that goes wrong is one line on standard error."""
+    """Run one command and return its exit code; everything that goes wrong is one line on standard error.
+
+    Warnings are shown after a success; beside an error there is nothing but its line.
+    """
+    held: list[str] = []
+
+    def hold(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object) -> None:
+        known = issubclass(category, PhysidentWarning)
+        held.append(
+            f"warning: {message}" if known else f"warning: {category.__name__}: {message} ({filename}:{lineno})"
+        )
+
     with warnings.catch_warnings():
-        warnings.showwarning = _show_warning
+        warnings.showwarning = hold
         warnings.simplefilter("always", PhysidentWarning)
         try:
             result = app(args=arguments or ["--help"], prog_name="physident", standalone_mode=False)
+            for text in dict.fromkeys(held):
+                _say(text)
             return result if isinstance(result, int) else 0
         except PhysidentError as error:
             _say(f"error: {error}")
@@ -68,20 +81,6 @@ def run(arguments: list[str]) -> int:
         except MemoryError:
             _say("error: not enough memory for these recordings; cut them into parts")
             return 2
-
-
-def _show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: object = None,
-    line: object = None,
-) -> None:
-    if issubclass(category, PhysidentWarning):
-        _say(f"warning: {message}")
-    else:
-        _say(f"warning: {category.__name__}: {message} ({filename}:{lineno})")
 
 
 def _say(text: str) -> None:

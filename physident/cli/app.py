@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.recording import Recording
@@ -96,14 +96,14 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, pl
 
 
 def report(recording: Recording) -> None:
-    """Say on standard error what of a recording was left out: rows by number, columns by name."""
+    """Warn of what of a recording was left out: rows by number, columns by name."""
     if recording.rejected:
         bad = recording.rejected
         shown = "; ".join(f"row {b.row}: {b.reason}" for b in bad[:3])
         more = f"; and {len(bad) - 3} more (physident inspect names all)" if len(bad) > 3 else ""
-        typer.echo(f"physident: {recording.source}: {len(bad)} bad rows left out ({shown}{more})", err=True)
+        warn(f"{recording.source}: {len(bad)} bad rows left out ({shown}{more})")
     if recording.ignored:
-        typer.echo(f"physident: {recording.source}: columns ignored: {_listed(recording.ignored)}", err=True)
+        warn(f"{recording.source}: columns ignored: {_listed(recording.ignored)}")
 
 
 def parse_numbers(text: str, option: str) -> tuple[float, ...]:

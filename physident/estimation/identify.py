@@ -52,6 +52,8 @@ def identify(
     filter = filter or Filter()
     made = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
+    _refuse_twice(recordings)
+    _refuse_free_scale(robot, made)
     _refuse_still_joints(robot, made, signals)
     found, regressor = settle(robot, made, signals, filter)
     estimate = estimate_from(robot, found, regressor, recordings, estimator, filter, columns)
@@ -145,6 +147,27 @@ def smallest_share(P: Array) -> float:
     values = np.linalg.eigvalsh(P)
     size = float(np.abs(values).max())
     return float(values[0]) / size if size > 0 else 0.0
+
+
+def _refuse_twice(recordings: Sequence[Recording]) -> None:
+    """The same samples counted twice would look like twice the evidence."""
+    seen: dict[str, str] = {}
+    for recording in recordings:
+        if recording.sha256 in seen:
+            raise InputError(
+                f"{recording.source}: holds the same samples as {seen[recording.sha256]}; expected each recording once"
+            )
+        seen[recording.sha256] = recording.source
+
+
+def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:
+    """With every joint's torque constant free and every mass too, the scale of all torques is anybody's choice."""
+    scaled = {joint for e in effects if e.name == "torque_constant" for joint in e.active(robot)}
+    if len(scaled) == robot.n and any(effect.name == "rigid_body" for effect in effects):
+        raise InputError(
+            "torque_constant on every joint beside rigid_body leaves the scale of all torques free;"
+            " expected at least one joint without it, or drive gains from a known load (physident drive-gains)"
+        )
 
 
 def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> None:
