@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from physident.diagnosis.candidates import Candidate, Option
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds, gains, shares
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds
+from physident.diagnosis.gains import gains, shares
 from physident.diagnosis.left_out import block_costs, left_out_residual
 from physident.effects.effect import Column
 from physident.regressor import JointRows, Regressor

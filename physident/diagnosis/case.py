@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, inverted, noise_memory
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, noise_memory
 from physident.diagnosis.extension import Extension, extend
+from physident.diagnosis.normal import inverted
 from physident.diagnosis.question import Freedom, Question, freedom
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect

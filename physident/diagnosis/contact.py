@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option
 from physident.diagnosis.case import State
-from physident.diagnosis.evidence import evidence_of, inverted
+from physident.diagnosis.gains import evidence_of
+from physident.diagnosis.normal import inverted
 from physident.diagnosis.shape import Judge
 from physident.effects.contact import PIECE, Contact, tool_jacobian
 

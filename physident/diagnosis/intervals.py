@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.case import Accepted, State
-from physident.diagnosis.evidence import OUTSIDE, blocks, inverted
+from physident.diagnosis.evidence import OUTSIDE, blocks
+from physident.diagnosis.normal import inverted
 from physident.estimation.uncertainty import t_quantile
 
 Array = NDArray[np.float64]

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, inverted, whitening
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence
+from physident.diagnosis.normal import inverted, whitening
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.evidence import Baseline, inverted
+from physident.diagnosis.evidence import Baseline
+from physident.diagnosis.normal import inverted
 from physident.errors import InputError
 from physident.estimation.decision import BY_PRIOR
 from physident.estimation.estimate import Estimate

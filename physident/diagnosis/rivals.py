@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.contact import CONTACT, scan
-from physident.diagnosis.evidence import gains, inverted, whitening
+from physident.diagnosis.gains import gains
+from physident.diagnosis.normal import inverted, whitening
 from physident.diagnosis.search import CLOSEST, Look, as_good, possible_sign, replaces
 from physident.diagnosis.shape import refined
 

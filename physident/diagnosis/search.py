@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, Case, State
 from physident.diagnosis.contact import CONTACT, Scan, placed, scan
-from physident.diagnosis.evidence import blocks, evidence_of, gains, shares
+from physident.diagnosis.evidence import blocks
+from physident.diagnosis.gains import evidence_of, gains, shares
 from physident.diagnosis.left_out import block_costs, left_out_residual, standard_error
 from physident.diagnosis.shape import refined
 from physident.diagnosis.signs import contradicted

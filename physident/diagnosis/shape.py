@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import State
-from physident.diagnosis.evidence import inverted, whitening
+from physident.diagnosis.normal import inverted, whitening
 from physident.effects.effect import Effect
 
 Array = NDArray[np.float64]

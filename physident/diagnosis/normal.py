@@ -1,0 +1,32 @@
+"""Inverses of normal matrices in which directions may be missing."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
+RANK = 1e-10  # of the largest eigenvalue of the scaled normal matrix, the square of a singular value: below, rounding decides
+ZERO = 1e-9  # of the largest column: a smaller one is rounding
+
+
+def whitening(inner: Array, outside: Array) -> Array:
+    """Roots (O, k, k) of the inverse of ``outside`` (O, k, k), zero along directions inside the baseline."""
+    size = np.sqrt(np.diagonal(inner, axis1=1, axis2=2))
+    size = np.where(size > ZERO * np.maximum(size.max(axis=1, keepdims=True), 1e-300), size, np.inf)
+    values, vectors = np.linalg.eigh(outside / (size[:, :, None] * size[:, None, :]))
+    scale = np.where(values > INSIDE, 1 / np.sqrt(np.maximum(values, INSIDE)), 0.0)
+    return vectors * scale[:, None, :] / size[:, :, None]
+
+
+def inverted(H: Array) -> Array:
+    """Inverse of a normal matrix (R, R), zero along directions that nothing decides."""
+    if not len(H):
+        return H
+    size = np.sqrt(np.diag(H))
+    size = np.where(size > ZERO * size.max(), size, np.inf)
+    values, vectors = np.linalg.eigh(H / np.outer(size, size))
+    kept = values > RANK * values[-1]
+    root = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
+    return root @ root.T
