@@ -14,6 +14,7 @@ from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, 
 from physident.diagnosis.extension import Extension, extend
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.question import Freedom, Question, freedom
+from physident.diagnosis.velocity_noise import SignByPosition
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
@@ -71,10 +72,12 @@ class Case:
                 effects.append(effect)
                 at += count
             candidates.append(Candidate(name, joints, tuple(options)))
-        regressor = build_regressor(model.robot, effects, signals, filter, model=model)
+        blur = SignByPosition()
+        nuisance = tuple(range(at, at + len(blur.columns(model.robot))))
+        regressor = build_regressor(model.robot, [*effects, blur], signals, filter, model=model)
         case = Case(
             question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
-            freedom(start, question, regressor), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
+            freedom(start, question, regressor, nuisance), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
         )  # fmt: skip
         memory = noise_memory(case.evidence(model), case.freedom.baseline(regressor))
         return replace(case, memory=memory, fold=folds(regressor, float(memory.max()), len(signals)))

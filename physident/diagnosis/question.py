@@ -43,12 +43,14 @@ def ask(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
 class Freedom:
     """How the model's parameters theta (p,) may move: theta + ``map`` (p, R) @ x, x of prior precision ``prior`` (R,).
 
-    ``held``: names of base parameters that the model never identified, which stay where they are.
+    ``held``: names of base parameters that the model never identified, which stay where they are. ``nuisance``: columns of
+    the regressor that are refitted along and mean nothing; the last of x are theirs, and move no parameter.
     """
 
     map: Array
     prior: Array
     held: tuple[str, ...]
+    nuisance: tuple[int, ...] = ()
 
     def baseline(self, regressor: Regressor) -> Baseline:
         """The columns of x, from a regressor whose first p columns are the model's."""
@@ -56,19 +58,26 @@ class Freedom:
         joints = []
         for rows in regressor.joints:
             own = rows.columns < p
-            joints.append(rows.values[:, own] @ self.map[rows.columns[own]])
+            columns = rows.values[:, own] @ self.map[rows.columns[own]]
+            for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
+                columns[:, k] = rows.values[:, rows.columns == column].sum(axis=1)
+            joints.append(columns)
         return Baseline(tuple(joints), self.prior)
 
 
-def freedom(model: Estimate | Model, question: Question, regressor: Regressor) -> Freedom:
-    """Missing: every base parameter is free. Different: each is held within its covariance. Nominal: none moves."""
+def freedom(
+    model: Estimate | Model, question: Question, regressor: Regressor, nuisance: tuple[int, ...] = ()
+) -> Freedom:
+    """Missing: every base parameter is free, and the ``nuisance`` columns. Different: each is held within its covariance;
+    both arms met the same nuisance. Nominal: none moves."""
     if isinstance(model, Model):
         return Freedom(np.zeros((len(model.theta), 0)), np.zeros(0), ())
     base = model.base
     select = np.zeros((len(model.theta), base.r))
     select[base.independent, np.arange(base.r)] = 1.0
     if question == "missing":
-        return Freedom(select, np.zeros(base.r), ())
+        whole = np.column_stack([select, np.zeros((len(select), len(nuisance)))])
+        return Freedom(whole, np.zeros(whole.shape[1]), (), nuisance)
     root, held = _root(model, regressor)
     return Freedom(select @ root, np.ones(root.shape[1]), held)
 

@@ -24,7 +24,8 @@ def contradicted(state: State) -> str | None:
             continue
         rows = np.zeros((len(cone.map), len(model.theta)))
         rows[:, places] = cone.map
-        if _negative(state, rows, cone.offset):
+        new = places.min() >= len(state.case.model.theta)  # what was not there cannot have fallen
+        if _negative(state, rows, cone.offset, 0.0 if new else DOUBT):
             return f"{effect.name} would be negative"
     names = [column.joint for column in effect.columns(robot)]
     for j in {joint - 1 for joint in names}:
@@ -37,12 +38,12 @@ def contradicted(state: State) -> str | None:
         for own in model.effects:
             mine = np.array([column.joint == j + 1 for column in own.columns(robot)])
             rows.append((own.friction(robot, v) * np.sign(v)) * mine[:, None])
-        if _negative(state, np.concatenate(rows).T, np.zeros(len(v))):
+        if _negative(state, np.concatenate(rows).T, np.zeros(len(v)), DOUBT):
             return f"friction of joint {j + 1} would drive it"
     return None
 
 
-def _negative(state: State, rows: Array, offset: Array) -> bool:
+def _negative(state: State, rows: Array, offset: Array, doubt: float) -> bool:
     values = rows @ state.extension.model.theta + offset
     errors = np.sqrt(np.maximum(np.einsum("kp,pq,kq->k", rows, state.covariance, rows, optimize=True), 0.0))
-    return bool((values < -DOUBT * errors - 1e-12).any())
+    return bool((values < -doubt * errors - 1e-12).any())
