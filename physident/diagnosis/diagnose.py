@@ -134,7 +134,7 @@ def _left_out(state: State) -> Levels:
 def _placebos(last: Look) -> tuple[Placebo, ...]:
     return tuple(
         Placebo(c.name, c.joints[0], float(gain), last.threshold)
-        for c, gain in zip(last.state.evidence.candidates, last.gain, strict=True)
+        for c, gain in zip(last.state.evidence.candidates, last.least, strict=True)
         if c.placebo
     )
 

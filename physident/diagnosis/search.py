@@ -41,8 +41,8 @@ class Look:
     contact: Scan
 
     def passes(self, index: int) -> bool:
-        """Whether a candidate's gain beats the surrogates', and does not come from one fold alone."""
-        return bool(self.share[index] >= VISIBLE and self.gain[index] > self.threshold and self.least[index] > 0)
+        """Whether a candidate's evidence beats the surrogates' even without the fold that speaks most for it."""
+        return bool(self.share[index] >= VISIBLE and self.least[index] > self.threshold)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +62,11 @@ def look(state: State, threshold: float | None = None) -> Look:
         responses = np.concatenate([responses, surrogates(state)], axis=2)
     found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
-    total, contact = found.evidence, scan(state, responses)
+    least, contact = found.least, scan(state, responses)
     if threshold is None:
-        every = np.maximum(total[share >= VISIBLE].max(axis=0), contact.evidence)
+        every = np.maximum(least[share >= VISIBLE].max(axis=0), contact.evidence)
         threshold = float(np.quantile(every[1:], LEVEL))
-    return Look(state, total[:, 0], found.least[:, 0], share, threshold, contact)
+    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact)
 
 
 def surrogates(state: State) -> Array:
