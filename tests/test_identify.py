@@ -14,6 +14,7 @@ from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
 from physident.recording import recording_from_rows
 from tests.conftest import UR5_GAINS
+from tests.robots import TREE
 
 RATE = 125.0
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
@@ -147,3 +148,32 @@ def test_bad_calls_are_refused(ur5: pid.Robot, runs: list[pid.Recording]) -> Non
     standing = recording_from_rows(np.arange(1000) / RATE, still, still, still + 1, None, "torque", "pose")
     with pytest.raises(pid.InputError, match="no joint moves"):
         pid.identify(ur5, [standing])
+
+
+@pytest.mark.parametrize("method", ["ols", "wls", "robust"])
+def test_order_of_joints_does_not_matter(method: str) -> None:
+    """The same tree with its branches named the other way round has its joints in another order, and the same physics."""
+    one = pid.Robot("tree", TREE)
+    two = pid.Robot("tree", TREE.replace('"left', '"z_left'))
+    names = [name.replace("left", "z_left") for name in one.joint_names]
+    order = [names.index(name) for name in two.joint_names]
+    assert order != sorted(order)
+    time = np.arange(0, 20, 1 / RATE)
+    w, phase = np.array([1.1, 1.7, 2.3, 2.9]), np.arange(4.0)
+    angle = w * time[:, None] + phase
+    q, v, a = 0.6 * np.sin(angle), 0.6 * w * np.cos(angle), -0.6 * w**2 * np.sin(angle)
+    data = one.pinocchio.createData()
+    torque = np.array([pin.rnea(one.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
+    torque += [3.0, 0.5, 0.7, 0.2] * np.tanh(v / 0.01)
+    torque += 0.05 * np.random.default_rng(0).normal(size=torque.shape)
+    effects = ["rigid_body", "coulomb_friction"]
+    first = pid.identify(one, [recording_from_rows(time, q, v, torque, None, "torque", "a")], effects, method)
+    swapped = recording_from_rows(time, q[:, order], v[:, order], torque[:, order], None, "torque", "b")
+    second = pid.identify(two, [swapped], effects, method)
+    np.testing.assert_allclose(second.sigma, first.sigma[order], rtol=1e-5)
+    found = second.model.parameters("coulomb_friction")
+    np.testing.assert_allclose(found, first.model.parameters("coulomb_friction")[order], rtol=1e-5)
+    states = [x[::50] for x in (q, v, a)]
+    ours = first.model.torque(pid.Signals.of_states(*states))[:, order]
+    theirs = second.model.torque(pid.Signals.of_states(*(x[:, order] for x in states)))
+    np.testing.assert_allclose(theirs, ours, atol=1e-4)
