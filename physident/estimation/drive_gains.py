@@ -86,7 +86,11 @@ class DriveGains:
         if self.found.all():
             rows.append(f'for other commands: --drive-gains "{" ".join(f"{g:.4g}" for g in self.gains)}"')
         lost = np.flatnonzero(~self.found) + 1
-        verdict = f"{self.found.sum()} of {len(self.gains)} gains found"
+        width = np.array(
+            [(high - low) / (2 * abs(gain)) for gain, (low, high) in zip(self.gains, self.intervals, strict=True)]
+        )
+        sure = int(np.count_nonzero(width <= VAGUE))  # a gain that was not found has no width
+        verdict = f"{sure} of {len(self.gains)} gains known within {100 * VAGUE:.0f} %, {self.found.sum() - sure} more only vaguely"
         return "\n".join(
             [*rows, f"verdict: {verdict}" + (f", not those of joints {', '.join(map(str, lost))}" if len(lost) else "")]
         )
