@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -218,8 +218,8 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
         rest = tuple(a for a in kept if a is not one)
         if len(kept) < 2 or one.candidate is CONTACT:
             continue
-        now = look(case.state(rest, last.state.model, last.state.evidence), last.threshold)
-        index = [c.key for c in now.state.evidence.candidates].index(one.candidate.key)
-        if not now.passes(index):
+        state = case.state(rest, last.state.model, last.state.evidence)
+        alone = replace(state, evidence=replace(state.evidence, candidates=(one.candidate,)))
+        if not look(alone, last.threshold).passes(0):
             kept = rest
     return kept
