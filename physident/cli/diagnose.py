@@ -20,7 +20,7 @@ from physident.cli.app import (
 )
 
 
-@app.command()
+@app.command(short_help="What a model gets wrong.")
 def diagnose(
     recordings: Recordings,
     model: ModelOption,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ ANSWERED = {
     "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, what remains is noise",
     "unexplained": "unexplained: structure remains, and no effect of the catalogue predicts it on unseen data",
 }
+WIDTH = 100  # characters of a line
 SHOWN = 8  # findings; the JSON has all
 VALUES = 3  # of a finding
 
@@ -32,7 +34,13 @@ def diagnosis_text(d: Diagnosis) -> str:
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_remainder(d), *_checks(d)]
-    return "\n".join(rows)
+    return "\n".join(part for row in rows for part in _wrapped(row))
+
+
+def _wrapped(row: str) -> list[str]:
+    """The row in lines that fit a terminal; what it goes on with is set in."""
+    inset = " " * (len(row) - len(row.lstrip()) + 5)
+    return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
 
 
 def _answer(d: Diagnosis) -> str:

@@ -117,10 +117,9 @@ def _short(name: str, effect: str) -> str:
 
 
 def _advice(name: str, rivals: Sequence[Rival]) -> str:
-    """What would separate the first rival, and the command that designs the motion."""
+    """What would separate the first rival."""
     if not rivals:
         return ""
     other = rivals[0].effect
     said = [text for own, text in ((other, CATALOGUE[name].rivals), (name, CATALOGUE[other].rivals)) if own in text]
-    how = said[0] if said else CATALOGUE[name].rivals
-    return how if other == name else f"{how}; physident design --discriminate {name} {other}"
+    return said[0] if said else CATALOGUE[name].rivals
