@@ -108,3 +108,28 @@ def test_a_robot_with_other_joints_is_refused(ur5: pid.Robot) -> None:
     signals = pid.Signals(np.arange(500) / RATE, q, q, q, q, rate=RATE, source="three.csv")
     with pytest.raises(pid.InputError, match=r"three\.csv: 3 joints, but robot ur5 has 6"):
         pid.build_regressor(ur5, pid.make_effects(["rigid_body"]), [signals], pid.Filter())
+
+
+def test_hysteresis_restarts_after_a_gap_and_its_first_travel_does_not_count(ur5: pid.Robot) -> None:
+    """Rows of a joint after a gap are zero on both sides until it has travelled three presliding distances; before any
+    gap, and for other joints' effects, every row counts."""
+    s, filter = _signals(ur5), pid.Filter(5.0)
+    assert s.torque is not None
+    half = len(s.time) // 2
+    cut = pid.Signals(s.time, s.q, s.v, s.a, s.torque, starts=(0, half), rate=RATE, source="made")
+    effect = pid.CATALOGUE["presliding_hysteresis"](joints=(2,), distance=(0.05,))
+    effects = (*_truth(ur5).effects, effect)
+    regressor = pid.build_regressor(ur5, effects, [cut], filter)
+    after = regressor.segment == 1
+    lost = ~regressor.counted
+    assert not lost[~after].any()
+    assert not np.delete(lost, 1, axis=1).any()
+    assert lost[after, 1].any()
+    travel = np.cumsum(np.abs(s.v[half:, 1])) / RATE
+    settled = s.time[half:][np.searchsorted(travel, 0.15)]
+    window = filter.delay(RATE) * filter.decimation(RATE) / RATE
+    np.testing.assert_array_equal(lost[:, 1], after & (regressor.time - window < settled - 1e-9))
+    assert np.abs(regressor.torque[lost]).max() == 0
+    assert np.abs(regressor.joints[1].values[lost[:, 1]]).max() == 0
+    restarted = effect.values(ur5, cut.part(cut.segments[1]))
+    assert restarted[0, 0] == 0

@@ -7,6 +7,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -138,6 +139,28 @@ def progress(items: Iterable[T], doing: str) -> Iterator[T]:
             yield item
     finally:
         if bar is not None:
+            bar.stop()
+
+
+@contextmanager
+def busy(doing: str) -> Iterator[None]:
+    """A clock on standard error for work whose steps cannot be counted, once it has taken more than two seconds."""
+    import threading
+
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn(doing), TimeElapsedColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    bar.add_task(doing, total=None)
+    timer = threading.Timer(2, bar.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        if bar.live.is_started:  # stopping a bar that never ran would print an empty line
             bar.stop()
 
 

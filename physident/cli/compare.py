@@ -15,6 +15,7 @@ from physident.cli.app import (
     IncludeFittedOption,
     JsonOption,
     app,
+    busy,
     check_outputs,
     read_recordings,
 )
@@ -42,7 +43,8 @@ def compare(
     check_outputs([*on, *model], json_out)
     before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
     recordings = read_recordings(on, columns if columns is not None else before.columns, drive_gains)
-    gain = run(before, after, recordings, include_fitted)
+    with busy("comparing"):
+        gain = run(before, after, recordings, include_fitted)
     if json_out is not None:
         write_text(json_out, json.dumps(gain.as_dict(), indent=1, allow_nan=False) + "\n")
     typer.echo(repr(gain))

@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import ColumnsOption, CutoffOption, JsonOption, RobotOption, app, check_outputs, read_recordings
+from physident.cli.app import (
+    ColumnsOption,
+    CutoffOption,
+    JsonOption,
+    RobotOption,
+    app,
+    busy,
+    check_outputs,
+    read_recordings,
+)
 from physident.errors import InputError
 
 
@@ -36,7 +45,8 @@ def drive_gains(
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     without, with_load = (read_recordings(paths, columns, None) for paths in (unloaded, loaded))
     filter = Filter() if cutoff is None else Filter(cutoff)
-    found = identify_drive_gains(load_robot(robot), without, with_load, load_mass, method, chosen, filter)
+    with busy("identifying"):
+        found = identify_drive_gains(load_robot(robot), without, with_load, load_mass, method, chosen, filter)
     if json_out is not None:
         write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
     typer.echo(repr(found))

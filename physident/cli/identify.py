@@ -14,6 +14,7 @@ from physident.cli.app import (
     Recordings,
     RobotOption,
     app,
+    busy,
     check_outputs,
     read_recordings,
 )
@@ -57,7 +58,8 @@ def identify(
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     filter = Filter() if cutoff is None else Filter(cutoff)
     loaded = read_recordings(recordings, columns, drive_gains)
-    estimate = run(arm, loaded, chosen, estimator, filter, columns)
+    with busy("identifying"):
+        estimate = run(arm, loaded, chosen, estimator, filter, columns)
     estimate.save(out)
     typer.echo(repr(estimate))
     typer.echo(f"written: {out}")

@@ -14,6 +14,7 @@ from physident.cli.app import (
     Recordings,
     RobotOption,
     app,
+    busy,
     check_outputs,
     progress,
     read_recordings,
@@ -62,7 +63,8 @@ def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) ->
         from physident.identifiability import measure_identifiability
 
         arm, filter = load_robot(robot), Filter() if cutoff is None else Filter(cutoff)
-        return repr(measure_identifiability(arm, prepare_all(arm, recordings, filter), filter))
+        with busy("asking every effect"):
+            return repr(measure_identifiability(arm, prepare_all(arm, recordings, filter), filter))
     arm, made = load_robot(robot), make_effects([name.strip() for name in effects.split(",") if name.strip()])
     filter = Filter() if cutoff is None else Filter(cutoff)
     return repr(measure_visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))

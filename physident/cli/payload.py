@@ -14,6 +14,7 @@ from physident.cli.app import (
     ModelOption,
     Recordings,
     app,
+    busy,
     check_outputs,
     read_recordings,
 )
@@ -36,9 +37,9 @@ def payload(
 
     check_outputs([*recordings, model], json_out)
     estimate = with_cutoff(load_estimate(model), cutoff)
-    found = identify_payload(
-        estimate, read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
-    )
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    with busy("identifying"):
+        found = identify_payload(estimate, loaded)
     if json_out is not None:
         write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
     typer.echo(repr(found))

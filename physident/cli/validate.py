@@ -17,6 +17,7 @@ from physident.cli.app import (
     ModelOption,
     Recordings,
     app,
+    busy,
     check_outputs,
     read_recordings,
 )
@@ -44,7 +45,8 @@ def validate(
     check_outputs([*recordings, model], json_out, plot=plot)
     estimate = with_cutoff(load_estimate(model), cutoff)
     loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
-    score = run(estimate, loaded, include_fitted)
+    with busy("predicting"):
+        score = run(estimate, loaded, include_fitted)
     if json_out is not None:
         write_text(json_out, json.dumps(score.as_dict(), indent=1, allow_nan=False) + "\n")
     if plot is not None:

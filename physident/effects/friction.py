@@ -5,6 +5,7 @@ A single parameter may be negative in a physical model; the sum of a joint's fri
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,9 +28,9 @@ def smooth_sign(v: Array, width: float = SMOOTHING) -> Array:
 class VelocityFriction(Effect):
     """Friction that is a function of a joint's own velocity: a subclass gives ``law``, once for every use of it."""
 
+    @abstractmethod
     def law(self, robot: Robot, v: Array) -> Array:
         """Friction (k, N) [N m|N] of each unit of each parameter at velocities (k, N) [rad/s|m/s]."""
-        raise NotImplementedError
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return self.law(robot, signals.v.T[self.active(robot)])
