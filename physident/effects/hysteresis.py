@@ -28,7 +28,9 @@ class PreslidingHysteresis(Effect):
     name: ClassVar[str] = "presliding_hysteresis"
     unit: ClassVar[str] = "N m/rad"
     pointwise: ClassVar[bool] = False
-    shapes: ClassVar = (Shape("distance", "rad", (0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),)
+    shapes: ClassVar = (
+        Shape("distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),
+    )
     signature: ClassVar[str] = "friction builds over a fixed distance after each reversal"
     rivals: ClassVar[str] = "stribeck_friction: goes with speed, not distance; reversals at three speeds separate them"
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from physident.effects.catalogue import CATALOGUE
 from physident.estimation.decision import BY_DATA, BY_PRIOR
 from physident.estimation.estimators import Physical
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
 
 WIDTH = 100  # characters of a line
+EDGE = 1.02  # a shape this close to the end of its grid was stopped by it
 LISTED = 12  # parameters listed one by one
 VAGUE = 0.5  # a base parameter whose standard error exceeds this share of its value is called vague
 
@@ -119,7 +121,9 @@ def _joint_table(estimate: Estimate) -> list[str]:
     if len(others) > LISTED:
         rows.append(f"and {len(others) - LISTED} more values in the model file")
     for f in estimate.shapes:
-        rows.append(f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1"))
+        text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
+        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shapes if shape.field == f.field]
+        rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at the edge of its search"))
     return rows
 
 
