@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
+from physident.estimation.printing import counted
 from physident.recording import Recording
 from physident.regressor import build_regressor
 
@@ -48,7 +49,7 @@ class Score:
 
     def __repr__(self) -> str:
         rows = [
-            f"{_counted(self.recordings)}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored",
+            f"{counted(len(self.recordings))}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored",
             "joint                        rms [N m]  error %   100 |measured - predicted| / |measured|",
         ]
         rows += [
@@ -81,7 +82,7 @@ class Gain:
     def __repr__(self) -> str:
         b, a = self.before, self.after
         rows = [
-            f"{_counted(b.recordings)}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of the time scored",
+            f"{counted(len(b.recordings))}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of the time scored",
             "joint                        rms [N m] before    after  error % before  after  gain of rms %",
         ]
         for j, name in enumerate(b.joints):
@@ -93,10 +94,6 @@ class Gain:
             "as good as the first" if abs(total) < 0.05 else f"{abs(total):.1f} % {'better' if total > 0 else 'worse'}"
         )
         return "\n".join([*rows, f"verdict: the second model is {verdict} (RMS, every joint alike)"])
-
-
-def _counted(recordings: tuple[str, ...]) -> str:
-    return "1 recording" if len(recordings) == 1 else f"{len(recordings)} recordings"
 
 
 def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted: bool = False) -> Score:

@@ -10,6 +10,7 @@ import pytest
 import physident as pid
 from physident.base_parameters import random_motion
 from physident.effects.catalogue import effect_from_dict
+from physident.estimation.cones import physical_cones
 
 EFFECTS = sorted(pid.CATALOGUE)
 WHOLE_ARM = ("rigid_body", "payload", "gravity_tilt", "time_delay", "contact")
@@ -70,12 +71,12 @@ def test_finite_at_standstill(name: str, ur5: pid.Robot) -> None:
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_the_nominal_robot_lies_inside_the_cones(name: str, ur5: pid.Robot) -> None:
-    effect = ready(name)
-    theta = effect.nominal(ur5)
-    for cone in effect.cones(ur5):
-        value = cone.map @ theta + cone.offset
-        smallest = np.linalg.eigvalsh(value)[0] if cone.kind == "psd" else value.min()
-        assert smallest >= -1e-12
+    effects = (ready(name),) if name == "rigid_body" else (ready("rigid_body"), ready(name))
+    theta = np.concatenate([effect.nominal(ur5) for effect in effects])
+    cones = physical_cones(ur5, effects)
+    assert len(cones.matrices) == 6
+    assert cones.broken(theta) == []
+    assert cones.broken(-theta) != []
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import app, check_outputs
+from physident.cli.app import app, busy, check_outputs
 from physident.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,7 +38,8 @@ def simulate(
     chosen = load_sensors(sensors) if sensors else Sensors()
     motion = load_trajectory(trajectory)
     simulation = Simulation(_arm(model, robot), motion, _controller(controller), chosen, seed=seed)
-    table = simulation.table()
+    with busy("simulating"):
+        table = simulation.table()
     recording = simulation.recording(table)
     write_csv(out, table)
     typer.echo(f"{recording!r}\nwritten: {out}")

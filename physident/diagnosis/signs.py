@@ -20,8 +20,6 @@ def contradicted(state: State) -> str | None:
     model, robot = state.extension.model, state.case.model.robot
     effect, places = state.accepted[-1].effect, state.extension.places[-1]
     for cone in effect.cones(robot):
-        if cone.kind != "nonnegative":
-            continue
         rows = np.zeros((len(cone.map), len(model.theta)))
         rows[:, places] = cone.map
         new = places.min() >= len(state.case.model.theta)  # what was not there cannot have fallen

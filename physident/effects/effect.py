@@ -28,12 +28,12 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """A convex set of an effect's parameters: ``map`` @ theta + ``offset`` is in ``kind``.
+    """A convex set of an effect's own parameters: ``map`` (m, k) @ theta + ``offset`` (m,) is not negative.
 
-    ``kind`` "nonnegative": ``map`` (m, k); "psd": ``map`` (d, d, k), a symmetric matrix that is positive semidefinite.
+    What several effects share needs no cone of theirs: a link's inertia (``inertia``) and a joint's friction
+    (``friction``) must be physical as sums.
     """
 
-    kind: Literal["nonnegative", "psd"]
     map: Array
     offset: Array
 
@@ -187,7 +187,7 @@ class Effect(ABC):
 
 def nonnegative(k: int) -> Cone:
     """The cone of k parameters that are not negative."""
-    return Cone("nonnegative", np.eye(k), np.zeros(k))
+    return Cone(np.eye(k), np.zeros(k))
 
 
 def _plain(value: Any) -> Any:

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.effect import AddedInertia, Array, Column, Cone, Effect
+from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
-from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, pseudo_inertia
+from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS
 from physident.rigid_body_regressor import torque_entries, torque_pattern
 from physident.robot import Robot
 from physident.signals import Signals
@@ -20,7 +20,7 @@ from physident.signals import Signals
 class RigidBody(Effect):
     """tau = Y(q, v, a) theta with ten parameters for each link (thesis eq. 3.41).
 
-    Acts on all joints. Cones: each link's pseudo-inertia is positive semidefinite.
+    Acts on all joints. Each link's pseudo-inertia, with what other effects add to it, is positive semidefinite.
     """
 
     name: ClassVar[str] = "rigid_body"
@@ -45,10 +45,3 @@ class RigidBody(Effect):
 
     def nominal(self, robot: Robot) -> Array:
         return robot.nominal.copy()
-
-    def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        one_link = np.stack([pseudo_inertia(unit) for unit in np.eye(10)], axis=-1)
-        maps = [np.zeros((4, 4, 10 * robot.n)) for _ in range(robot.n)]
-        for i, link in enumerate(maps):
-            link[:, :, 10 * i : 10 * i + 10] = one_link
-        return tuple(Cone("psd", link, np.zeros((4, 4))) for link in maps)

@@ -75,20 +75,14 @@ def physical_cones(
     """The cones of every effect, of each joint's friction as a sum, and of what is known about the arm."""
     columns = tuple(column for effect in effects for column in effect.columns(robot))
     rows: list[tuple[Array, Array, list[str]]] = []
-    matrices: list[Matrix] = []
     at = 0
     for effect in effects:
         own = slice(at, at + len(effect.columns(robot)))
         at = own.stop
-        for number, cone in enumerate(effect.cones(robot), 1):
-            whole = np.zeros((*cone.map.shape[:-1], len(columns)))
-            whole[..., own] = cone.map
-            if cone.kind == "psd" and effect.name != "rigid_body":
-                matrices.append(Matrix(whole, cone.offset, f"{effect.name} {number} is not physical"))
-            elif cone.kind == "nonnegative":
-                names = [_sign_label(whole[k], columns) for k in range(len(whole))]
-                rows.append((whole, cone.offset, names))
-    matrices += link_matrices(robot, effects)
+        for cone in effect.cones(robot):
+            whole = np.zeros((len(cone.map), len(columns)))
+            whole[:, own] = cone.map
+            rows.append((whole, cone.offset, [_sign_label(row, columns) for row in whole]))
     rows += [(r, np.zeros(len(r)), [f"friction of joint {j} drives it"] * len(r)) for j, r in friction(robot, effects)]
     for shape in shapes:
         inside = shape_rows(shape, columns)
@@ -101,7 +95,7 @@ def physical_cones(
     return Cones(
         np.concatenate([np.zeros((0, len(columns))), *(r for r, _, _ in rows)]),
         np.concatenate([np.zeros(0), *(o for _, o, _ in rows)]),
-        tuple(matrices), equal, np.full(len(equal), total_mass or 0.0),
+        tuple(link_matrices(robot, effects)), equal, np.full(len(equal), total_mass or 0.0),
         tuple(label for _, _, labels in rows for label in labels) + ("total mass differs from the known one",) * len(equal),
     )  # fmt: skip
 
