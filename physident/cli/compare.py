@@ -27,6 +27,9 @@ def compare(
     model: Annotated[list[Path], typer.Option("--model", help="Two model files: before and after.")],
     on: Annotated[list[str], typer.Option("--on", help="A recording to compare on; repeat for several.")],
     json_out: JsonOption = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Also draw both models' residuals (.png, .pdf, .svg).")
+    ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
@@ -40,11 +43,17 @@ def compare(
 
     if len(model) != 2:
         raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
-    check_outputs([*on, *model], json_out)
+    check_outputs([*on, *model], json_out, plot=plot)
     before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
     recordings = read_recordings(on, columns if columns is not None else before.columns, drive_gains)
     with busy("comparing"):
         gain = run(before, after, recordings, include_fitted)
     if json_out is not None:
         write_text(json_out, json.dumps(gain.as_dict(), indent=1, allow_nan=False) + "\n")
+    if plot is not None:
+        from physident.view.pair import predict_pair
+        from physident.view.plots_residual import plot_residuals
+
+        pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
+        plot_residuals(pair, before.model.robot, plot)
     typer.echo(repr(gain))

@@ -31,6 +31,9 @@ def diagnose(
     out: Annotated[
         Path | None, typer.Option("--out", help="The extended model to write (JSON), where something is found.")
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Also draw the residual before and after (.png, .pdf, .svg).")
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Draws the surrogates.")] = 0,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
@@ -42,7 +45,7 @@ def diagnose(
     from physident.validation import with_cutoff
 
     held = holdout or []
-    check_outputs([*recordings, *held, model], json_out, out)
+    check_outputs([*recordings, *held, model], json_out, out, plot=plot)
     estimate = with_cutoff(load_estimate(model), cutoff)
     layout = columns if columns is not None else estimate.columns
     loaded = read_recordings(recordings, layout, drive_gains)
@@ -52,6 +55,11 @@ def diagnose(
         found.save(json_out)
     if out is not None and found.estimate is not None:
         found.estimate.save(out)
+    if plot is not None:
+        from physident.view.plots_residual import plot_diagnosis
+
+        named = any(finding.effect == "contact" for finding in found.findings)  # it lies in a diagnosed recording
+        plot_diagnosis(found, loaded if named or not unseen else unseen, plot)
     typer.echo(repr(found))
     if out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")

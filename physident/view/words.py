@@ -1,0 +1,61 @@
+"""A diagnosis in plain words, the same on every page and in every picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from physident.diagnosis.findings import Finding, Verdict
+from physident.diagnosis.question import Question
+
+SPELT = {
+    "load_dependent_friction": "load-dependent friction",
+    "coulomb_friction": "Coulomb friction",
+    "stribeck_friction": "Stribeck friction",
+}
+FOUND = {
+    "missing": "The model lacks",
+    "different": "Since the model was identified, this has changed:",
+    "nominal": "The nominal model gets this wrong:",
+}
+NOT_FOUND = {
+    "missing": "missing from the model",
+    "different": "different from when the model was identified",
+    "nominal": "wrong with the nominal model",
+}
+REMAINS: dict[Verdict, str] = {
+    "explained": "What remains is noise.",
+    "partly_explained": "Structure remains that no effect of the catalogue takes up.",
+    "nothing_missing": "No effect of the catalogue beats chance, and what remains is noise.",
+    "unexplained": "Structure remains in the torque, and no effect of the catalogue predicts it on unseen data.",
+}
+NAMED = 6  # causes in a sentence
+
+
+def effect_words(name: str) -> str:
+    """An effect's public name as words: ``torque_offset`` is "torque offset"."""
+    return SPELT.get(name, name.replace("_", " "))
+
+
+def cause(effect: str, joints: Sequence[int]) -> str:
+    """An effect and where it acts: "payload", "Coulomb friction on joints 2 and 3", "link inertia of link 4"."""
+    if not joints:
+        return effect_words(effect)
+    word, way = ("link", "of") if effect == "link_inertia" else ("joint", "on")
+    return f"{effect_words(effect)} {way} {word}{'s' if len(joints) > 1 else ''} {listed(joints)}"
+
+
+def listed(items: Sequence[object]) -> str:
+    """Items as a sentence lists them: "1", "1 and 2", "1, 2 and 3"."""
+    texts = [str(item) for item in items]
+    return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
+
+
+def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) -> str:
+    """The answer in one sentence."""
+    if findings:
+        named = [cause(f.effect, f.joints) for f in findings[:NAMED]]
+        more = [f"{len(findings) - NAMED} more"] if len(findings) > NAMED else []
+        return f"{FOUND[question]} {listed([*named, *more]) if len(findings) == 1 else '; '.join([*named, *more])}."
+    if verdict == "nothing_missing":
+        return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
+    return f"Something is {NOT_FOUND[question]}, and these recordings do not show what."
