@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,18 +12,30 @@ from physident.cli.app import (
     CutoffOption,
     GainsOption,
     JsonOption,
-    ModelOption,
     Recordings,
+    RobotOption,
     app,
     check_outputs,
     read_recordings,
 )
+from physident.errors import InputError
+
+if TYPE_CHECKING:
+    from physident.estimation.estimate import Estimate
+    from physident.model import Model
 
 
 @app.command(short_help="What a model gets wrong.")
 def diagnose(
     recordings: Recordings,
-    model: ModelOption,
+    model: Annotated[Path | None, typer.Option("--model", help="A model file that identify wrote.")] = None,
+    robot: RobotOption = None,
+    effects: Annotated[
+        str | None,
+        typer.Option(
+            "--effects", help="With --robot: what the simulation has besides rigid_body, from the description."
+        ),
+    ] = None,
     holdout: Annotated[
         list[str] | None, typer.Option("--holdout", help="A recording to score at the end; repeat for several.")
     ] = None,
@@ -39,18 +51,24 @@ def diagnose(
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Find what a model gets wrong: recordings it was fitted to say what is missing, new ones what is different."""
+    """Find what a model gets wrong. With --model, recordings it was fitted to say what is missing, new ones what is
+    different. With --robot, nothing was identified: what a simulation from that description gets wrong."""
     from physident.diagnosis.diagnose import diagnose as run
-    from physident.estimation.estimate import load_estimate
-    from physident.validation import with_cutoff
+    from physident.signals import Filter
 
+    if (model is None) == (robot is None):
+        raise InputError("which model? expected one of --model (identified) and --robot (a description, as simulated)")
+    if effects is not None and robot is None:
+        raise InputError("--effects came beside --model, which has its own; expected --effects with --robot alone")
     held = holdout or []
-    check_outputs([*recordings, *held, model], json_out, out, plot=plot)
-    estimate = with_cutoff(load_estimate(model), cutoff)
-    layout = columns if columns is not None else estimate.columns
+    check_outputs([*recordings, *held, model, robot], json_out, out, plot=plot)
+    start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
+    nominal = model is None
+    layout = columns if nominal or columns is not None else getattr(start, "columns", None)
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(held, layout, drive_gains) if held else []
-    found = run(estimate, loaded, unseen, seed=seed, progress=_say)
+    filter = Filter(cutoff) if nominal and cutoff is not None else None
+    found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None)
     if json_out is not None:
         found.save(json_out)
     if out is not None and found.estimate is not None:
@@ -63,6 +81,22 @@ def diagnose(
     typer.echo(repr(found))
     if out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
+
+
+def _identified(path: Path, cutoff: float | None) -> Estimate:
+    from physident.estimation.estimate import load_estimate
+    from physident.validation import with_cutoff
+
+    return with_cutoff(load_estimate(path), cutoff)
+
+
+def _described(source: str, effects: str | None) -> Model:
+    """What a simulation of a robot's description computes: rigid links, and the effects that it names besides."""
+    from physident.model import Model
+    from physident.robot import load_robot
+
+    named = [name.strip() for name in (effects or "").split(",") if name.strip()]
+    return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
 
 
 def _say(text: str) -> None:

@@ -21,7 +21,7 @@ from physident.diagnosis.search import Look, Search, search, settled
 from physident.diagnosis.shape import refined
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.estimation.identify import prepare_all
+from physident.estimation.identify import prepare_all, shared_gains
 from physident.model import Model
 from physident.recording import Recording
 from physident.signals import Filter
@@ -38,18 +38,21 @@ def diagnose(
     filter: Filter | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
+    columns: str | None = None,
 ) -> Diagnosis:
     """What recordings show that a model does not: causes with their proof on rows or recordings that were left out.
 
     An ``Estimate`` asks what is missing from it, given the recordings it was fitted to, or what is different, given new
-    ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter`` is for a ``Model`` alone; ``seed``
-    draws the surrogates. Raises InputError for no recordings, a mixture of fitted and new ones, currents without gains.
+    ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter``, and ``columns`` that the extended
+    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates. Raises InputError for no recordings, a
+    mixture of fitted and new ones, currents without gains.
     """
     question = ask(model, recordings)
-    if isinstance(model, Estimate) and filter is not None:
-        raise InputError("a filter was given beside an estimate, which has its own; expected none")
+    if isinstance(model, Estimate) and (filter is not None or columns is not None):
+        raise InputError("a filter or columns came beside an estimate, which has its own; expected none")
     used = model.filter if isinstance(model, Estimate) else filter or Filter()
-    gains = model.drive_gains if isinstance(model, Estimate) else None
+    gains = model.drive_gains if isinstance(model, Estimate) else shared_gains(recordings)
+    layout = model.columns if isinstance(model, Estimate) else columns
     gained = [with_gains(recording, gains) for recording in recordings]
     _refuse_seen(model, recordings, holdout)
     arm = model.model if isinstance(model, Estimate) else model
@@ -59,14 +62,14 @@ def diagnose(
     last = replace(found.last, state=state)
     sure = certainty(state)
     named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure)
-    extended = refit(state, sure, gained) if named else None
+    extended = replace(refit(state, sure, gained), columns=layout, drive_gains=gains) if named else None
     remainder = describe(state)
     before, after = _levels(case, found.first.state, state, model, extended, holdout)
     return Diagnosis(
         question, _verdict(bool(named), remainder), named, before, after,
         "holdout" if holdout else "left-out rows", None, _placebos(found.last), _unseen(found.first), remainder,
         (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
-        model.columns if isinstance(model, Estimate) else None, gains, case.freedom.held,
+        layout, gains, case.freedom.held,
     )  # fmt: skip
 
 

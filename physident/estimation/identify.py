@@ -121,7 +121,7 @@ def estimate_from(
         return Estimate(
             Model(robot, effects, found.theta), estimator, found.covariance, found.sigma,
             _relative(regressor, found.theta), found.effective_samples, found.certificate, filter, sources,
-            columns, _shared_gains(recordings), found.blocks, found.prior_weight,
+            columns, shared_gains(recordings), found.blocks, found.prior_weight,
             tuple(float(s) for s in found.decision.shares), tuple(float(s) for s in found.decision.base), found.held,
         )  # fmt: skip
     if isinstance(estimator, Robust):
@@ -137,7 +137,7 @@ def estimate_from(
     )  # fmt: skip
     return Estimate(
         Model(robot, effects, theta), estimator, solution.covariance, solution.sigma, _relative(regressor, theta),
-        solution.effective_samples, certificate, filter, sources, columns, _shared_gains(recordings), solution.blocks,
+        solution.effective_samples, certificate, filter, sources, columns, shared_gains(recordings), solution.blocks,
         base_shares=tuple(float(d) for d in solution.determined),
     )  # fmt: skip
 
@@ -201,6 +201,7 @@ def _source(index: int, recording: Recording, regressor: Regressor) -> Source:
     return Source(recording.source, recording.sha256, recording.duration, float(used))
 
 
-def _shared_gains(recordings: Sequence[Recording]) -> tuple[float, ...] | None:
+def shared_gains(recordings: Sequence[Recording]) -> tuple[float, ...] | None:
+    """The drive gains (n,) [N m/A] of recordings of current, None where they have none or differ."""
     gains = {recording.drive_gains for recording in recordings if recording.effort_kind == "current"}
     return gains.pop() if len(gains) == 1 else None
