@@ -54,6 +54,7 @@ _PUBLIC = {
     "Recording": "recording",
     "load_recording": "recording",
     "load_recordings": "recording",
+    "write_report": "report.page",
     "Regressor": "regressor",
     "build_regressor": "regressor",
     "Payload": "payload",
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
     from physident.payload import Payload, identify_payload
     from physident.recording import Recording, load_recording, load_recordings
     from physident.regressor import Regressor, build_regressor
+    from physident.report.page import write_report
     from physident.robot import Robot, load_robot
     from physident.signals import Filter, Signals, prepare
     from physident.simulation.sensors import Sensors

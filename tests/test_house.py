@@ -34,7 +34,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("regressor",),
     ("base_parameters", "projection", "visibility", "identifiability", "estimation"),
     ("validation", "inspection", "excitation", "simulation", "payload", "diagnosis"),
-    ("view", "export", "fleet", "demo"),
+    ("view", "report", "export", "fleet", "demo"),
     ("cli",),
 )
 LEVEL = {name: level for level, names in enumerate(FLOORS) for name in names}

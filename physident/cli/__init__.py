@@ -24,6 +24,7 @@ VERBS = (
     "validate",
     "compare",
     "diagnose",
+    "report",
     "base_parameters",
     "export",
     "payload",

@@ -1,0 +1,82 @@
+"""Each finding: what it is, what it gains, its parameters with intervals and units, and what it could be confused with."""
+
+from __future__ import annotations
+
+import inspect
+
+from physident.diagnosis.findings import Finding, Value
+from physident.effects.catalogue import CATALOGUE
+from physident.report.contents import Contents
+from physident.report.markup import Markup, joined, table, tag
+from physident.report.numbers import number, percent, quantity
+from physident.view.plots_residual import torque_units
+from physident.view.style import effect_colour
+from physident.view.words import cause, effect_words, listed
+
+
+def causes(c: Contents) -> list[Markup]:
+    """One card for each finding, the one with most evidence first."""
+    if not c.findings:
+        return []
+    cards = [_card(c, n, finding) for n, finding in enumerate(c.findings, 1)]
+    return [tag("section", tag("h2", "What was found"), *cards)]
+
+
+def _card(c: Contents, n: int, f: Finding) -> Markup:
+    effect = CATALOGUE[f.effect]
+    equation = (inspect.getdoc(effect) or "").split("\n\n")[0]
+    title = cause(f.effect, f.joints)
+    return tag(
+        "article",
+        tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
+        *([tag("p", f"It shows as: {effect.signature}.")] if effect.signature else []),
+        tag("p", *_gain(c, f)),
+        *([tag("p", f"It lasts {_times(f)} of the recording's own clock.")] if f.intervals else []),
+        *_parameters(f),
+        *_rivals(f),
+        tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
+        style=f"border-color:{effect_colour(f.effect)}",
+    )
+
+
+def _gain(c: Contents, f: Finding) -> list[str]:
+    units = {torque_units(c.model.robot)[j - 1] for j in f.joints} or {*torque_units(c.model.robot)}
+    unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
+    where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
+    return [
+        f"On rows that were left out of the fit it takes the error of {where}, weighted by noise, from ",
+        f"{quantity(f.gain.rms_before, unit)} to {quantity(f.gain.rms_after, unit)} RMS: ",
+        tag("strong", f"{percent(f.gain.reduction_percent)} less"),
+        f" (95 % interval {percent(low)} to {percent(high)}).",
+    ]
+
+
+def _times(f: Finding) -> str:
+    return listed([f"from {start:.2f} to {end:.2f} s" for start, end in f.intervals])
+
+
+def _parameters(f: Finding) -> list[Markup]:
+    if not f.parameters:
+        return []
+    changed = any(v.change != v.value for v in f.parameters)
+    head = ["parameter", "joint", "value", "95 % interval", *(["change"] if changed else [])]
+    return [table(head, [_row(f, v, changed) for v in f.parameters], class_="numbers")]
+
+
+def _row(f: Finding, v: Value, changed: bool) -> list[str]:
+    low, high = v.interval95
+    name = effect_words(v.name) if v.name == f.effect else v.name
+    interval = joined(f"{number(low)} to {number(high)}", *_zero(low, high))
+    row = [name, str(v.joint) if f.joints else "–", quantity(v.value, v.unit), interval]
+    return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
+
+
+def _zero(low: float, high: float) -> list[Markup]:
+    return [tag("small", " holds zero")] if low < 0 < high else []
+
+
+def _rivals(f: Finding) -> list[Markup]:
+    if not f.rivals:
+        return []
+    others = " or ".join(cause(r.effect, r.joints) for r in f.rivals)
+    return [tag("p", tag("strong", "It could also be "), f"{others}: these recordings cannot tell.", class_="caution")]

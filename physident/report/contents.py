@@ -1,0 +1,125 @@
+"""What a diagnosis file says, read back and checked: all that a report is made of."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.diagnosis.findings import SCHEMA, Diagnosis, Finding, Levels, Placebo, Unseen, Used, Verdict
+from physident.diagnosis.question import Question
+from physident.diagnosis.remainder import Remainder
+from physident.effects.catalogue import CATALOGUE
+from physident.errors import InputError
+from physident.files import read_text
+from physident.model import Model
+from physident.report.typed import typed
+from physident.signals import Filter
+
+MAX_BYTES = 200_000_000  # of a diagnosis file
+EXPECTED = "a file that physident diagnose --json wrote"
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """A diagnosis as its file holds it; see ``Diagnosis``. ``extended`` is the extended model, None where nothing was
+    found; ``path`` and ``sha256`` are those of the file, None for a diagnosis in memory."""
+
+    path: Path | None
+    sha256: str | None
+    question: Question
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    before: Levels
+    after: Levels
+    scored_on: str
+    noise_floor: tuple[float, ...] | None
+    placebos: tuple[Placebo, ...]
+    unseen: tuple[Unseen, ...]
+    remainder: tuple[Remainder, ...]
+    recordings: tuple[Used, ...]
+    filter: Filter
+    columns: str | None
+    drive_gains: tuple[float, ...] | None
+    held: tuple[str, ...]
+    model: Model
+    extended: Model | None
+
+
+def contents_of(diagnosis: Diagnosis) -> Contents:
+    """The contents of a diagnosis in memory."""
+    return _parsed(json.loads(json.dumps(diagnosis.as_dict())), None, None)
+
+
+def read_contents(path: str | Path) -> Contents:
+    """The contents of a diagnosis file; raises InputError where it is missing, no JSON, of another schema, or incomplete."""
+    text = read_text(path, MAX_BYTES, EXPECTED)
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON ({error}); expected {EXPECTED}") from None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        raise InputError(f"{path}: schema is {found!r}, expected {SCHEMA!r}: {EXPECTED}")
+    try:
+        return _parsed(data, Path(path), hashlib.sha256(Path(path).read_bytes()).hexdigest())
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OverflowError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        raise InputError(
+            f"{path}: not a complete diagnosis ({type(error).__name__}: {error}); diagnose again"
+        ) from None
+
+
+def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Contents:
+    score = data["score"]
+    contents = Contents(
+        path=path,
+        sha256=sha256,
+        question=typed(Question, data["question"], "question"),
+        verdict=typed(Verdict, data["verdict"], "verdict"),
+        findings=typed(tuple[Finding, ...], data["findings"], "findings"),
+        before=_levels(score["before"], "score.before"),
+        after=_levels(score["after"], "score.after"),
+        scored_on=typed(str, score["on"], "score.on"),
+        noise_floor=typed(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor"),
+        placebos=typed(tuple[Placebo, ...], data["placebos"], "placebos"),
+        unseen=typed(tuple[Unseen, ...], data["unseen"], "unseen"),
+        remainder=typed(tuple[Remainder, ...], data["unexplained"], "unexplained"),
+        recordings=typed(tuple[Used, ...], data["recordings"], "recordings"),
+        filter=Filter(**data["filter"]),
+        columns=typed(str | None, data["columns"], "columns"),
+        drive_gains=typed(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
+        held=typed(tuple[str, ...], data["held"], "held"),
+        model=Model.from_dict(data["model"]),
+        extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
+    )
+    _check(contents)
+    return contents
+
+
+def _levels(data: dict[str, Any], where: str) -> Levels:
+    values = (typed(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
+    return Levels(*(np.array(v) for v in values))
+
+
+def _check(c: Contents) -> None:
+    """Raises InputError where the parts do not fit one another, as in a file edited by hand."""
+    n = c.model.robot.n
+    for name, level in (("score.before", c.before), ("score.after", c.after)):
+        if len(level.rms) != n or len(level.relative) != n:
+            raise InputError(f"{name} has {len(level.rms)} joints, expected the robot's {n}")
+    if c.extended is not None and c.extended.robot.n != n:
+        raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
+    for finding in c.findings:
+        if finding.effect not in CATALOGUE:
+            raise InputError(f"finding {finding.effect!r} is no effect of the catalogue; diagnose with this version")
+    named = [*(j for f in c.findings for j in f.joints), *(j for u in c.unseen for j in u.joints)]
+    if wrong := [j for j in (*named, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
+        raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
+    if bool(c.findings) != (c.extended is not None):
+        raise InputError("findings and extended model do not go together; diagnose again")

@@ -1,0 +1,85 @@
+"""How the page looks: one column on a phone, two of charts on a desk, nothing cut in two on paper."""
+
+STYLE = """
+:root { color-scheme: light; --ink: #1a1a1a; --soft: #5a5a5a; --line: #d9d9d9; --ground: #f5f5f3; }
+* { box-sizing: border-box; }
+body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
+  -webkit-print-color-adjust: exact; print-color-adjust: exact; overflow-wrap: break-word; }
+main { max-width: 76rem; margin: 0 auto; padding: 1.5rem 1rem 3rem; }
+h1 { font-size: clamp(1.5rem, 1.1rem + 1.8vw, 2.3rem); line-height: 1.2; margin: .3rem 0 .8rem; }
+h2 { font-size: 1.3rem; margin: 2.5rem 0 .6rem; border-bottom: 2px solid var(--ink); padding-bottom: .2rem; }
+h3 { font-size: 1.05rem; margin: 1.2rem 0 .4rem; }
+p, ul { max-width: 46rem; margin: .5rem 0; }
+.lead { font-size: 1.12rem; }
+.mark { color: var(--soft); margin: 0; }
+.mark b { color: #fff; background: #5a5a5a; border-radius: .8rem; padding: .1rem .7rem; margin-left: .4rem; white-space: nowrap; }
+.mark b.explained, .mark b.nothing_missing { background: #00663f; }
+.mark b.partly_explained { background: #8a5a00; }
+.mark b.unexplained { background: #a03a00; }
+.caution { border-left: .3rem solid #E69F00; background: #fff7e6; padding: .4rem .8rem; }
+.fine, small { color: var(--soft); font-size: .85rem; }
+code { font: .85em ui-monospace, "DejaVu Sans Mono", monospace; overflow-wrap: anywhere; }
+article { border-left: .4rem solid; background: var(--ground); padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
+article h3 { margin-top: .5rem; }
+.wide { overflow-x: auto; margin: .6rem 0; }
+table { border-collapse: collapse; font-size: .92rem; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid var(--line); }
+th { color: var(--soft); font-weight: 600; }
+table.numbers td { font-variant-numeric: tabular-nums; }
+table.files { width: 100%; }
+table.files td:first-child { min-width: 8rem; }
+ul.grid { max-width: none; list-style: none; padding: 0; display: grid; gap: .2rem 1.5rem;
+  grid-template-columns: repeat(auto-fill, minmax(min(100%, 21rem), 1fr)); }
+.legend span { margin-right: 1.2rem; white-space: nowrap; }
+.legend i { display: inline-block; width: 1.4rem; height: .3rem; margin-right: .4rem; vertical-align: middle; }
+.level { display: grid; grid-template-columns: 15rem 1fr 9rem 17rem; gap: .2rem 1rem; align-items: center;
+  padding: .4rem 0; border-bottom: 1px solid var(--line); break-inside: avoid; }
+.level .cell { font-variant-numeric: tabular-nums; }
+.bar { height: .55rem; margin: .15rem 0; background: #ececec; }
+.bar i { display: block; height: 100%; }
+.joints { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 27rem), 1fr)); gap: 1.2rem 2rem; }
+figure { margin: 0; break-inside: avoid; }
+figcaption { font-size: .92rem; margin-bottom: .2rem; }
+.chart { display: grid; grid-template-columns: 3.6rem 1fr; font-size: .78rem; color: var(--soft); margin-bottom: .3rem; }
+.chart .title { grid-column: 2; }
+.chart .rows { position: relative; }
+.chart .rows span { position: absolute; right: .4rem; transform: translateY(-50%); }
+.chart .area { height: 9rem; border-left: 1px solid var(--ink); border-bottom: 1px solid var(--ink); }
+.chart svg { display: block; width: 100%; height: 100%; }
+.columns { position: relative; height: 1.3em; }
+.chart .columns { grid-column: 2; }
+.columns span { position: absolute; transform: translateX(-50%); }
+.below { text-align: right; font-size: .78rem; color: var(--soft); }
+.chart .below { grid-column: 2; }
+polyline { fill: none; vector-effect: non-scaling-stroke; stroke-linejoin: round; }
+line { stroke: #e2e2e2; vector-effect: non-scaling-stroke; }
+line.zero { stroke: #9a9a9a; }
+rect.band { fill: #e4e4ef; }
+.scale { margin: 1rem 0; font-size: .78rem; color: var(--soft); }
+.scale .marks { position: relative; height: 2rem; border-bottom: 1px solid var(--ink); }
+.marks u { position: absolute; top: 0; bottom: 0; border-left: 2px dashed var(--ink); }
+.marks b { position: absolute; top: .2rem; transform: translateX(-50%); font-weight: 400; color: var(--soft); font-size: 1.1rem; }
+.marks i { position: absolute; top: .5rem; width: 1rem; height: 1rem; border-radius: 50%; transform: translateX(-50%);
+  border: 1px solid #fff; }
+.scale .gate { color: var(--ink); font-weight: 600; }
+@media (max-width: 60rem) {
+  .level { grid-template-columns: 1fr 1fr; }
+  .level .name, .level .bars { grid-column: 1 / -1; }
+}
+@media (max-width: 36rem) {
+  table.files, table.files tbody, table.files tr, table.files td { display: block; width: 100%; }
+  table.files thead { display: none; }
+  table.files td { border: 0; padding: .1rem 0; }
+  table.files tr { border-bottom: 1px solid var(--line); padding: .4rem 0; }
+  th, td { padding-right: .6rem; }
+}
+@page { margin: 14mm; }
+@media print {
+  body { font-size: 10.5pt; }
+  main { max-width: none; padding: 0; }
+  h2, h3 { break-after: avoid; }
+  .joints { grid-template-columns: 1fr 1fr; gap: .8rem 1.2rem; }
+  .chart .area { height: 6.5rem; }
+  .wide { overflow: visible; }
+}
+"""

@@ -1,0 +1,53 @@
+"""The page: one HTML file that needs nothing else, put together from its sections."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from physident.diagnosis.findings import Diagnosis
+from physident.files import check_target, write_text
+from physident.report.advice import advice
+from physident.report.answer import answer
+from physident.report.causes import causes
+from physident.report.contents import contents_of, read_contents
+from physident.report.evidence import evidence
+from physident.report.levels import levels
+from physident.report.limits import limits
+from physident.report.look import STYLE
+from physident.report.markup import Markup, tag
+from physident.report.provenance import provenance
+from physident.report.reread import reread
+from physident.report.torques import torques
+from physident.view.words import headline
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'"  # a browser then fetches and runs nothing, whatever is inside
+
+
+def write_report(diagnosis: Diagnosis | str | Path, out: str | Path, command: str = "") -> None:
+    """Write a diagnosis, or the file it was saved in, as one self-contained HTML page, whole or not at all.
+
+    Its recordings are read again from their paths, relative ones also from the file's folder, and drawn where their hash
+    is the one diagnosed. ``command`` is shown as what made the page. Raises InputError for a file that is no diagnosis,
+    and where ``out`` cannot be written.
+    """
+    check_target(out)
+    write_text(out, report_html(diagnosis, command))
+
+
+def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
+    """The page's text; see ``write_report``."""
+    c = contents_of(diagnosis) if isinstance(diagnosis, Diagnosis) else read_contents(diagnosis)
+    read = reread(c)
+    head = tag(
+        "head",
+        tag("meta", charset="utf-8"),
+        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        tag("title", headline(c.question, c.verdict, c.findings)),
+        tag("style", Markup(STYLE)),
+    )
+    sections = [
+        answer(c), levels(c), *causes(c), torques(c, read), *evidence(c), limits(c), advice(c),
+        provenance(c, read, command),
+    ]  # fmt: skip
+    return f"<!doctype html>\n{tag('html', head, tag('body', tag('main', *sections)), lang='en')}\n"

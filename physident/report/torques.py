@@ -1,0 +1,89 @@
+"""Measured torque beside what the model as it came and the extended model predict, and what each leaves, joint by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from physident.effects.contact import Contact
+from physident.report.chart import Line, legend, line_chart
+from physident.report.contents import Contents
+from physident.report.markup import Markup, tag
+from physident.report.numbers import change, percent, quantity
+from physident.report.reread import Reread
+from physident.view import style
+from physident.view.pair import Pair, rms
+from physident.view.plots_residual import torque_units
+
+DRAWN = 2  # recordings
+CAME, EXTENDED = "model as it came", "extended model"
+
+
+def torques(c: Contents, read: Sequence[Reread]) -> Markup:
+    """Charts of the recordings that could be read again; what could not is said."""
+    drawn = _chosen(c, read)
+    said = [tag("p", f"{one.path}: {one.said}. No torque of it is drawn.") for one in read if one.pair is None]
+    readable = [one for one in read if one.pair is not None]
+    if more := [one.path for one in readable if one not in drawn]:
+        said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
+    if not readable:
+        said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
+    charts = [part for one in drawn for part in _charts(c, one)]
+    return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *said)
+
+
+def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
+    """First the recordings with a contact that was found, then those nobody fitted, then the diagnosed ones."""
+    touched = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
+    rank = sorted(read, key=lambda one: (one.sha256 not in touched, one.role != "holdout"))
+    first = [one for one in rank if one.pair is not None]
+    wanted = [one for one in first if one.sha256 in touched or one.role == "holdout"] or first[:1]
+    return wanted[:DRAWN]
+
+
+def _charts(c: Contents, one: Reread) -> list[Markup]:
+    assert one.pair is not None
+    assert one.recording is not None
+    names = [("measured", style.MEASURED), (CAME, style.RESIDUAL)]
+    if one.pair.after is not None:
+        names.append((EXTENDED, style.PREDICTED))
+    text = "which nothing had been fitted to" if one.role == "holdout" else "which was diagnosed"
+    bands = _bands(c, one)
+    shaded = " Shaded: contact." if bands else ""
+    start = float(one.recording.time[0])
+    return [
+        tag("h3", one.path),
+        tag("p", f"A recording {text}. Torque after the low-pass, where the arm moves.{shaded}"),
+        legend(names),
+        tag("div", *(_joint(c, one.pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
+    ]
+
+
+def _bands(c: Contents, one: Reread) -> list[tuple[float, float]]:
+    effects = c.extended.effects if c.extended is not None else ()
+    found = [e for e in effects if isinstance(e, Contact) and e.recording in ("", one.sha256)]
+    return [interval for effect in found for interval in effect.intervals]
+
+
+def _joint(c: Contents, pair: Pair, j: int, start: float, bands: Sequence[tuple[float, float]]) -> Markup:
+    unit, robot = torque_units(c.model.robot)[j], c.model.robot
+    rows = np.flatnonzero(pair.before.counted[:, j])
+    title = f"Joint {j + 1}, {robot.joint_names[j]}"
+    if not len(rows):
+        return tag("figure", tag("figcaption", f"{title}: no row counts"))
+    time = pair.before.time[rows] - start
+    colours = (style.RESIDUAL, style.PREDICTED)
+    models = list(zip((CAME, EXTENDED), pair.both, colours, strict=False))
+    predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
+    left = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
+    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 1.6)
+    sizes = [float(rms(p)[j]) for p in pair.both]
+    text = " → ".join(quantity(size, unit) for size in sizes)
+    moved = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
+    return tag(
+        "figure",
+        tag("figcaption", tag("strong", title), f" residual {text} RMS{moved}"),
+        line_chart([measured, *predicted], unit, "torque", bands),
+        line_chart(left, unit, "residual", bands),
+    )
