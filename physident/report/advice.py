@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from physident.diagnosis.findings import Finding, Rival
 from physident.effects.catalogue import CATALOGUE
 from physident.report.contents import Contents
 from physident.report.limits import IN_MODEL, by_reason
 from physident.report.markup import Markup, tag
-from physident.view.words import cause, effect_words, listed
+from physident.view.words import cause, effect_words, in_words, listed, numbered
 
 SLOW = 0.5  # of the residual's power below 0.2 Hz
 SHARE = 0.1  # of the residual's power: a smaller dependence is no lead
@@ -30,11 +31,20 @@ def advice(c: Contents) -> Markup:
 
 def _rivals(c: Contents) -> list[str]:
     return [
-        f"To tell {cause(f.effect, f.joints)} from {' or '.join(cause(r.effect, r.joints) for r in f.rivals)}, use what"
-        f" separates them: {f.advice or CATALOGUE[f.effect].rivals}."
+        f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(f, r)}."
         for f in c.findings
-        if f.rivals
+        for r in f.rivals
     ]
+
+
+def _separating(f: Finding, r: Rival) -> str:
+    """What separates a rival: the diagnosis' advice where it speaks of this one, else how either shows."""
+    if r.effect == f.effect:
+        return "move these joints one at a time"
+    if r.effect in f.advice or f.effect in f.advice:
+        return in_words(f.advice)
+    shows = [f"{effect_words(name)} shows as “{CATALOGUE[name].signature}”" for name in (f.effect, r.effect)]
+    return f"a motion on which they differ; {', '.join(shows)}"
 
 
 def _holdout(c: Contents) -> list[str]:
@@ -99,4 +109,4 @@ def _held(c: Contents) -> list[str]:
 
 
 def _joints(joints: Sequence[int]) -> str:
-    return f"joint{'s' if len(joints) > 1 else ''} {listed(joints)}"
+    return f"joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"

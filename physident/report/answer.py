@@ -6,7 +6,7 @@ import numpy as np
 
 from physident.report.contents import Contents
 from physident.report.markup import Markup, joined, tag
-from physident.report.numbers import SPACE, change, percent, quantity
+from physident.report.numbers import SPACE, change, number, percent, quantity
 from physident.view.plots_residual import torque_units
 from physident.view.words import REMAINS, headline, listed
 
@@ -27,7 +27,7 @@ def answer(c: Contents) -> Markup:
             "p", f"Diagnosis of {c.model.robot.name}", " ", tag("b", MARKS[c.verdict], class_=c.verdict), class_="mark"
         ),
         tag("h1", headline(c.question, c.verdict, c.findings)),
-        tag("p", REMAINS[c.verdict], " ", *_gains(c), class_="lead"),
+        tag("p", *_gains(c), REMAINS[c.verdict], class_="lead"),
         *_cautions(c),
     )
 
@@ -36,7 +36,7 @@ def judged_on(c: Contents) -> str:
     """Which rows the errors before and after are of."""
     if c.scored_on != "holdout":
         return "rows of the diagnosed recordings that were left out while fitting"
-    files = [used.path for used in c.recordings if used.role == "holdout"]
+    files = [c.shown(used.path) for used in c.recordings if used.role == "holdout"]
     return f"{listed(files) if len(files) < 4 else f'{len(files)} recordings'}, which nothing had been fitted to"
 
 
@@ -47,15 +47,15 @@ def _gains(c: Contents) -> list[str]:
     moved = np.array([change(b, a) for b, a in zip(before, after, strict=True)])
     best = int(np.argmin(moved))
     if moved[best] >= 0:
-        return [f"On {judged_on(c)}, the extended model is no better on any joint: do not use it unseen."]
+        return [f"On {judged_on(c)}, the extended model is no better on any joint. "]
     text = (
         f"On {judged_on(c)}, the torque error of joint{SPACE}{best + 1} falls by {percent(-moved[best])},"
-        f" from {quantity(before[best], units[best])} to {quantity(after[best], units[best])} RMS"
+        f" from {number(before[best])} to {quantity(after[best], units[best])} RMS"
     )
     others = [f"{j + 1} (by {percent(-m)})" for j, m in enumerate(moved) if m < -5 and j != best]
     text += f", and of joint{'s' if len(others) > 1 else ''} {listed(others)}." if others else "."
     worse = [f"{j + 1} (by {percent(m)})" for j, m in enumerate(moved) if m > WORSE]
-    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}." if worse else ""]
+    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}. " if worse else " "]
 
 
 def _cautions(c: Contents) -> list[Markup]:
@@ -66,7 +66,7 @@ def _cautions(c: Contents) -> list[Markup]:
             f"{len(passed)} of {len(c.placebos)} placebos, columns that cannot be a cause, were accepted too:"
             " distrust this diagnosis."
         )
-    if unsure := [number for number, f in enumerate(c.findings, 1) if f.rivals]:
+    if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
         said.append(
             f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause that these recordings"
             " cannot tell from it: see below."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from physident.diagnosis.findings import Finding, Value
+from physident.diagnosis.findings import Finding, Rival, Value
 from physident.effects.catalogue import CATALOGUE
 from physident.report.contents import Contents
 from physident.report.markup import Markup, joined, table, tag
@@ -24,12 +24,12 @@ def causes(c: Contents) -> list[Markup]:
 
 def _card(c: Contents, n: int, f: Finding) -> Markup:
     effect = CATALOGUE[f.effect]
-    equation = (inspect.getdoc(effect) or "").split("\n\n")[0]
+    equation = (inspect.getdoc(effect) or "").split("\n\n")[0].replace("``", "")
     title = cause(f.effect, f.joints)
     return tag(
         "article",
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
-        *([tag("p", f"It shows as: {effect.signature}.")] if effect.signature else []),
+        *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} of the recording's own clock.")] if f.intervals else []),
         *_parameters(f),
@@ -45,7 +45,7 @@ def _gain(c: Contents, f: Finding) -> list[str]:
     where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
     return [
         f"On rows that were left out of the fit it takes the error of {where}, weighted by noise, from ",
-        f"{quantity(f.gain.rms_before, unit)} to {quantity(f.gain.rms_after, unit)} RMS: ",
+        f"{number(f.gain.rms_before)} to {quantity(f.gain.rms_after, unit)} RMS: ",
         tag("strong", f"{percent(f.gain.reduction_percent)} less"),
         f" (95 % interval {percent(low)} to {percent(high)}).",
     ]
@@ -66,7 +66,7 @@ def _parameters(f: Finding) -> list[Markup]:
 def _row(f: Finding, v: Value, changed: bool) -> list[str]:
     low, high = v.interval95
     name = effect_words(v.name) if v.name == f.effect else v.name
-    interval = joined(f"{number(low)} to {number(high)}", *_zero(low, high))
+    interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high))
     row = [name, str(v.joint) if f.joints else "–", quantity(v.value, v.unit), interval]
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
 
@@ -78,5 +78,11 @@ def _zero(low: float, high: float) -> list[Markup]:
 def _rivals(f: Finding) -> list[Markup]:
     if not f.rivals:
         return []
-    others = " or ".join(cause(r.effect, r.joints) for r in f.rivals)
-    return [tag("p", tag("strong", "It could also be "), f"{others}: these recordings cannot tell.", class_="caution")]
+    others = " or ".join(_instead(f, r) for r in f.rivals)
+    return [tag("p", tag("strong", "It could also be "), f"{others}. These recordings cannot tell.", class_="caution")]
+
+
+def _instead(f: Finding, r: Rival) -> str:
+    """A rival, and where it stands in for a part of the finding only."""
+    part = len(r.joints) < len(f.joints) and set(r.joints) < set(f.joints)
+    return cause(r.effect, r.joints) + (", instead of its part there" if part else "")

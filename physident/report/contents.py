@@ -49,6 +49,11 @@ class Contents:
     model: Model
     extended: Model | None
 
+    def shown(self, path: str) -> str:
+        """A recording's name without its folders, where that tells it from the others."""
+        names = [Path(used.path).name for used in self.recordings]
+        return Path(path).name if names.count(Path(path).name) == 1 else path
+
 
 def contents_of(diagnosis: Diagnosis) -> Contents:
     """The contents of a diagnosis in memory."""
@@ -115,10 +120,13 @@ def _check(c: Contents) -> None:
             raise InputError(f"{name} has {len(level.rms)} joints, expected the robot's {n}")
     if c.extended is not None and c.extended.robot.n != n:
         raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
-    for finding in c.findings:
-        if finding.effect not in CATALOGUE:
-            raise InputError(f"finding {finding.effect!r} is no effect of the catalogue; diagnose with this version")
-    named = [*(j for f in c.findings for j in f.joints), *(j for u in c.unseen for j in u.joints)]
+    for effect in [*(f.effect for f in c.findings), *(r.effect for f in c.findings for r in f.rivals)]:
+        if effect not in CATALOGUE:
+            raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
+    named = [
+        *(j for f in c.findings for j in f.joints),
+        *(j for u in c.unseen for j in u.joints),
+    ]
     if wrong := [j for j in (*named, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     if bool(c.findings) != (c.extended is not None):

@@ -8,15 +8,16 @@ from physident.report.answer import judged_on
 from physident.report.chart import legend
 from physident.report.contents import Contents
 from physident.report.markup import Markup, tag
-from physident.report.numbers import SPACE, change, percent, quantity
+from physident.report.numbers import SPACE, arrow, change, percent
 from physident.view import style
 from physident.view.plots_residual import torque_units
+from physident.view.words import came
 
 
 def levels(c: Contents) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
-    names = [("model as it came", style.RESIDUAL)]
+    names = [(came(c.question), style.RESIDUAL)]
     if c.findings:
         names.append(("extended model", style.PREDICTED))
     return tag(
@@ -39,8 +40,8 @@ def _row(c: Contents, j: int, largest: float) -> Markup:
         tag("div", tag("i", style=f"width:{100 * x.relative[j] / largest:.1f}%;background:{colour}"), class_="bar")
         for x, colour in shown
     ]
-    relative = " → ".join(percent(x.relative[j]) for x, _ in shown)
-    rms = " → ".join(quantity(x.rms[j], unit) for x, _ in shown)
+    relative = " → ".join(percent(x.relative[j]).removesuffix(f"{SPACE}%") for x, _ in shown) + f"{SPACE}%"
+    rms = arrow([x.rms[j] for x, _ in shown], unit)
     moved = percent(change(c.before.rms[j], c.after.rms[j]), sign=True)
     return tag(
         "div",

@@ -6,7 +6,7 @@ from physident.report.contents import Contents
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
 from physident.view.plots_residual import torque_units
-from physident.view.words import effect_words, listed
+from physident.view.words import effect_words, numbered
 
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
@@ -38,7 +38,7 @@ def _unseen(c: Contents) -> list[Markup]:
         rows = [[effect_words(name), _where(name, joints, c)] for name, joints in effects.items()]
         parts += [
             tag("h3", f"{reason[0].upper()}{reason[1:]}" if reason else "No reason given"),
-            table(["effect", "on"], rows),
+            _grid(rows),
         ]
     return parts
 
@@ -53,7 +53,7 @@ def _where(name: str, joints: list[int], c: Contents) -> str:
         return "the whole arm"
     word = "link" if name == "link_inertia" else "joint"
     every = len(joints) == c.model.robot.n > 1
-    return f"every {word}" if every else f"{word}{'s' if len(joints) > 1 else ''} {listed(joints)}"
+    return f"every {word}" if every else f"{word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
 def _held(c: Contents) -> list[Markup]:

@@ -32,7 +32,7 @@ ul.grid { max-width: none; list-style: none; padding: 0; display: grid; gap: .2r
   grid-template-columns: repeat(auto-fill, minmax(min(100%, 21rem), 1fr)); }
 .legend span { margin-right: 1.2rem; white-space: nowrap; }
 .legend i { display: inline-block; width: 1.4rem; height: .3rem; margin-right: .4rem; vertical-align: middle; }
-.level { display: grid; grid-template-columns: 15rem 1fr 9rem 17rem; gap: .2rem 1rem; align-items: center;
+.level { display: grid; grid-template-columns: 14rem 1fr 7rem 19rem; gap: .2rem 1rem; align-items: center;
   padding: .4rem 0; border-bottom: 1px solid var(--line); break-inside: avoid; }
 .level .cell { font-variant-numeric: tabular-nums; }
 .bar { height: .55rem; margin: .15rem 0; background: #ececec; }
@@ -67,17 +67,20 @@ rect.band { fill: #e4e4ef; }
   .level .name, .level .bars { grid-column: 1 / -1; }
 }
 @media (max-width: 36rem) {
-  table.files, table.files tbody, table.files tr, table.files td { display: block; width: 100%; }
-  table.files thead { display: none; }
-  table.files td { border: 0; padding: .1rem 0; }
-  table.files tr { border-bottom: 1px solid var(--line); padding: .4rem 0; }
-  th, td { padding-right: .6rem; }
+  table, tbody, td { display: block; width: 100%; }
+  thead { display: none; }
+  tr { display: flex; flex-wrap: wrap; gap: 0 1rem; border-bottom: 1px solid var(--line); padding: .4rem 0; }
+  td { border: 0; padding: .05rem 0; }
+  table.numbers td { width: auto; }
+  td:not(:first-child)::before { content: attr(data-label) " "; color: var(--soft); font-size: .85rem; }
 }
 @page { margin: 14mm; }
 @media print {
   body { font-size: 10.5pt; }
   main { max-width: none; padding: 0; }
   h2, h3 { break-after: avoid; }
+  .level { grid-template-columns: 10rem 1fr 6rem 16rem; font-size: 9.5pt; }
+  .level .name, .level .bars { grid-column: auto; }
   .joints { grid-template-columns: 1fr 1fr; gap: .8rem 1.2rem; }
   .chart .area { height: 6.5rem; }
   .wide { overflow: visible; }

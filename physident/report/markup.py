@@ -29,8 +29,13 @@ def joined(*children: str) -> Markup:
 def table(head: list[str], rows: list[list[str]], **attributes: str) -> Markup:
     """A table that scrolls sideways where it is wider than the page."""
     top = tag("thead", tag("tr", *(tag("th", cell, scope="col") for cell in head)))
-    body = tag("tbody", *(tag("tr", *(tag("td", cell) for cell in row)) for row in rows))
+    body = tag("tbody", *(_row(head, cells) for cells in rows))
     return tag("div", tag("table", top, body, **attributes), class_="wide")
+
+
+def _row(head: list[str], cells: list[str]) -> Markup:
+    """A row whose cells know their column's name, which a narrow page shows beside them."""
+    return tag("tr", *(tag("td", cell, data_label=name) for name, cell in zip(head, cells, strict=True)))
 
 
 def clean(text: str) -> str:

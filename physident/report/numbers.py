@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SPACE = "\N{NO-BREAK SPACE}"
+RAISED = {"^2": "²", "^3": "³", "^a": "ᵃ", " ": SPACE}  # in units
 
 
 def number(value: float, digits: int = 3, sign: bool = False) -> str:
     """A number with some significant digits: 0.0802, 1.73, −4.2, 5.57·10⁴."""
     size = abs(value)
-    if size and (size >= 1e5 or size < 1e-3):
+    if size and (size >= 1e4 or size < 1e-3):
         mantissa, _, power = f"{size:.{digits - 1}e}".partition("e")
         text = f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}"
     else:
@@ -21,7 +24,17 @@ def number(value: float, digits: int = 3, sign: bool = False) -> str:
 
 def quantity(value: float, unit: str, digits: int = 3, sign: bool = False) -> str:
     """A number with its unit, on one line; the unit "1" is not written."""
-    return number(value, digits, sign) + ("" if unit == "1" else SPACE + unit.replace(" ", SPACE))
+    if unit == "1":
+        return number(value, digits, sign)
+    for plain, shown in RAISED.items():
+        unit = unit.replace(plain, shown)
+    return number(value, digits, sign) + SPACE + unit
+
+
+def arrow(values: Sequence[float], unit: str) -> str:
+    """One size after another with their unit: 1.73 → 0.751 N m."""
+    *before, last = values
+    return " → ".join([*(number(value) for value in before), quantity(last, unit)])
 
 
 def percent(value: float, sign: bool = False) -> str:

@@ -14,6 +14,7 @@ from physident.report.contents import Contents
 from physident.report.markup import Markup, table, tag
 from physident.report.numbers import SPACE
 from physident.report.reread import Reread
+from physident.view.words import came
 
 PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # as people and as installers call them
 
@@ -36,7 +37,7 @@ def _facts(c: Contents, command: str) -> list[tuple[str, str]]:
         rows.append(("diagnosis", tag("span", str(c.path), " ", tag("code", c.sha256 or ""))))
     rows += [
         ("robot", f"{robot.name}, {robot.n} joint{'s' if robot.n > 1 else ''}"),
-        ("model as it came", _model(c.model)),
+        (came(c.question), _model(c.model)),
         *([("extended model", _model(c.extended))] if c.extended is not None else []),
         ("low-pass", f"{c.filter.cutoff:g}{SPACE}Hz, the same on torque and on every column of the model"),
     ]

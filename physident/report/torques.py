@@ -10,23 +10,24 @@ from physident.effects.contact import Contact
 from physident.report.chart import Line, legend, line_chart
 from physident.report.contents import Contents
 from physident.report.markup import Markup, tag
-from physident.report.numbers import change, percent, quantity
+from physident.report.numbers import arrow, change, percent
 from physident.report.reread import Reread
 from physident.view import style
 from physident.view.pair import Pair, rms
 from physident.view.plots_residual import torque_units
+from physident.view.words import came
 
 DRAWN = 2  # recordings
-CAME, EXTENDED = "model as it came", "extended model"
+EXTENDED = "extended model"
 
 
 def torques(c: Contents, read: Sequence[Reread]) -> Markup:
     """Charts of the recordings that could be read again; what could not is said."""
     drawn = _chosen(c, read)
-    said = [tag("p", f"{one.path}: {one.said}. No torque of it is drawn.") for one in read if one.pair is None]
+    said = [tag("p", f"{c.shown(one.path)}: {one.said}. No torque of it is drawn.") for one in read if one.pair is None]
     readable = [one for one in read if one.pair is not None]
     if more := [one.path for one in readable if one not in drawn]:
-        said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
+        said.append(tag("p", f"Read again but not drawn: {', '.join(map(c.shown, more))}.", class_="fine"))
     if not readable:
         said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
     charts = [part for one in drawn for part in _charts(c, one)]
@@ -45,7 +46,7 @@ def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
 def _charts(c: Contents, one: Reread) -> list[Markup]:
     assert one.pair is not None
     assert one.recording is not None
-    names = [("measured", style.MEASURED), (CAME, style.RESIDUAL)]
+    names = [("measured", style.MEASURED), (came(c.question), style.RESIDUAL)]
     if one.pair.after is not None:
         names.append((EXTENDED, style.PREDICTED))
     text = "which nothing had been fitted to" if one.role == "holdout" else "which was diagnosed"
@@ -53,7 +54,7 @@ def _charts(c: Contents, one: Reread) -> list[Markup]:
     shaded = " Shaded: contact." if bands else ""
     start = float(one.recording.time[0])
     return [
-        tag("h3", one.path),
+        tag("h3", c.shown(one.path)),
         tag("p", f"A recording {text}. Torque after the low-pass, where the arm moves.{shaded}"),
         legend(names),
         tag("div", *(_joint(c, one.pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
@@ -74,12 +75,12 @@ def _joint(c: Contents, pair: Pair, j: int, start: float, bands: Sequence[tuple[
         return tag("figure", tag("figcaption", f"{title}: no row counts"))
     time = pair.before.time[rows] - start
     colours = (style.RESIDUAL, style.PREDICTED)
-    models = list(zip((CAME, EXTENDED), pair.both, colours, strict=False))
+    models = list(zip((came(c.question), EXTENDED), pair.both, colours, strict=False))
     predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
     left = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 1.6)
     sizes = [float(rms(p)[j]) for p in pair.both]
-    text = " → ".join(quantity(size, unit) for size in sizes)
+    text = arrow(sizes, unit)
     moved = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
     return tag(
         "figure",

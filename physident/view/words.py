@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.findings import Finding, Verdict
 from physident.diagnosis.question import Question
+from physident.effects.catalogue import CATALOGUE
 
 SPELT = {
     "load_dependent_friction": "load-dependent friction",
@@ -36,12 +37,36 @@ def effect_words(name: str) -> str:
     return SPELT.get(name, name.replace("_", " "))
 
 
+def in_words(text: str) -> str:
+    """A text with the public names of effects in it as words."""
+    for name in sorted(CATALOGUE, key=len, reverse=True):
+        text = text.replace(name, effect_words(name))
+    return text
+
+
 def cause(effect: str, joints: Sequence[int]) -> str:
     """An effect and where it acts: "payload", "Coulomb friction on joints 2 and 3", "link inertia of link 4"."""
     if not joints:
         return effect_words(effect)
     word, way = ("link", "of") if effect == "link_inertia" else ("joint", "on")
-    return f"{effect_words(effect)} {way} {word}{'s' if len(joints) > 1 else ''} {listed(joints)}"
+    return f"{effect_words(effect)} {way} {word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+
+
+def numbered(joints: Sequence[int]) -> str:
+    """Joint numbers as a sentence lists them, three and more in a row as a range: "1 to 3 and 6"."""
+    runs: list[list[int]] = []
+    for joint in sorted(set(joints)):
+        if runs and joint == runs[-1][-1] + 1:
+            runs[-1].append(joint)
+        else:
+            runs.append([joint])
+    texts = [[f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(joint) for joint in run] for run in runs]
+    return listed([text for run in texts for text in run])
+
+
+def came(question: Question) -> str:
+    """What the model that was diagnosed is called beside the extended one."""
+    return "nominal model" if question == "nominal" else "model as identified"
 
 
 def listed(items: Sequence[object]) -> str:
