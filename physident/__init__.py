@@ -18,6 +18,8 @@ _PUBLIC = {
     "CATALOGUE": "effects.catalogue",
     "make_effects": "effects.catalogue",
     "diagnose": "diagnosis.diagnose",
+    "diagnose_at_rest": "diagnosis.at_rest",
+    "AtRest": "diagnosis.poses",
     "Diagnosis": "diagnosis.findings",
     "Finding": "diagnosis.findings",
     "InputError": "errors",
@@ -77,8 +79,10 @@ __all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
     from physident.base_parameters import BaseParameters, find_base_parameters
+    from physident.diagnosis.at_rest import diagnose_at_rest
     from physident.diagnosis.diagnose import diagnose
     from physident.diagnosis.findings import Diagnosis, Finding
+    from physident.diagnosis.poses import AtRest
     from physident.effects.catalogue import CATALOGUE, make_effects
     from physident.effects.effect import Column, Cone, Effect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning

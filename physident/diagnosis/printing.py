@@ -34,10 +34,10 @@ def diagnosis_text(d: Diagnosis) -> str:
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_remainder(d), *_checks(d)]
-    return "\n".join(part for row in rows for part in _wrapped(row))
+    return "\n".join(part for row in rows for part in wrapped(row))
 
 
-def _wrapped(row: str) -> list[str]:
+def wrapped(row: str) -> list[str]:
     """The row in lines that fit a terminal; what it goes on with is set in."""
     inset = " " * (len(row) - len(row.lstrip()) + 5)
     return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
