@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from physident.diagnosis.findings import Finding, Rival
 from physident.effects.catalogue import CATALOGUE
 from physident.report.contents import Contents
-from physident.report.limits import IN_MODEL, by_reason
+from physident.report.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
 from physident.report.markup import Markup, tag
 from physident.view.words import cause, effect_words, in_words, listed, numbered
 
@@ -92,8 +92,10 @@ def _remainder(c: Contents) -> list[str]:
 def _unseen(c: Contents) -> list[str]:
     items = []
     reasons = by_reason(c)
-    if still := reasons.get("shows no torque"):
-        items.append(f"Motions that show {listed([effect_words(name) for name in still])}: here they made no torque.")
+    if still := reasons.get(NONE_OF_ITS_OWN):
+        items.append(
+            f"Motions that bring out {listed([effect_words(name) for name in still])}: here they showed no torque of their own."
+        )
     if IN_MODEL in reasons:
         items.append(
             "The same arm again, without fitting the model to it: only a new recording shows whether a parameter that"

@@ -58,16 +58,18 @@ def _times(f: Finding) -> str:
 def _parameters(f: Finding) -> list[Markup]:
     if not f.parameters:
         return []
+    head = ["parameter", *(["joint"] if f.joints else []), "value", "95 % interval"]
     changed = any(v.change != v.value for v in f.parameters)
-    head = ["parameter", "joint", "value", "95 % interval", *(["change"] if changed else [])]
-    return [table(head, [_row(f, v, changed) for v in f.parameters], class_="numbers")]
+    return [
+        table([*head, *(["change"] if changed else [])], [_row(f, v, changed) for v in f.parameters], class_="numbers")
+    ]
 
 
 def _row(f: Finding, v: Value, changed: bool) -> list[str]:
     low, high = v.interval95
     name = effect_words(v.name) if v.name == f.effect else v.name
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high))
-    row = [name, str(v.joint) if f.joints else "–", quantity(v.value, v.unit), interval]
+    row = [name, *([str(v.joint)] if f.joints else []), quantity(v.value, v.unit), interval]
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
 
 

@@ -118,16 +118,16 @@ def _check(c: Contents) -> None:
     for name, level in (("score.before", c.before), ("score.after", c.after)):
         if len(level.rms) != n or len(level.relative) != n:
             raise InputError(f"{name} has {len(level.rms)} joints, expected the robot's {n}")
+        if min(*level.rms, *level.relative) < 0:
+            raise InputError(f"{name} has a negative error; expected sizes")
     if c.extended is not None and c.extended.robot.n != n:
         raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
     for effect in [*(f.effect for f in c.findings), *(r.effect for f in c.findings for r in f.rivals)]:
         if effect not in CATALOGUE:
             raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
-    named = [
-        *(j for f in c.findings for j in f.joints),
-        *(j for u in c.unseen for j in u.joints),
-    ]
-    if wrong := [j for j in (*named, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
+    joints = [j for one in (*c.findings, *c.unseen) for j in one.joints]
+    if wrong := [j for j in (*joints, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
-    if bool(c.findings) != (c.extended is not None):
-        raise InputError("findings and extended model do not go together; diagnose again")
+    named = c.verdict in ("explained", "partly_explained")
+    if bool(c.findings) != (c.extended is not None) or bool(c.findings) != named:
+        raise InputError("verdict, findings and extended model do not go together; diagnose again")

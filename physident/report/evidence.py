@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from physident.report.chart import swatch
 from physident.report.contents import Contents
-from physident.report.markup import Markup, table, tag
+from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import number
 from physident.view.style import effect_colour
 from physident.view.words import cause
@@ -27,8 +28,12 @@ def evidence(c: Contents) -> list[Markup]:
         " spectrum but loses its relation to the motion. Placebos are columns that cannot be a cause; they must fail. A finding on several joints has the sum of theirs."
     )
     head = ["", "evidence", "times the gate"]
-    rows = [
-        [cause(f.effect, f.joints), number(f.evidence), number(f.evidence / gate, 2) if gate > 0 else "–"]
+    rows: list[list[str]] = [
+        [
+            joined(swatch(effect_colour(f.effect)), cause(f.effect, f.joints)),
+            number(f.evidence),
+            number(f.evidence / gate, 2) if gate > 0 else "–",
+        ]
         for f in c.findings
     ]
     rows += [
@@ -68,7 +73,9 @@ def _round(top: float, gate: float) -> list[float]:
     chosen = [0.0]
     for power in range(-1, 12):
         for value in (1.0 * 10**power, 3.0 * 10**power):
-            clear = all(abs(math.sqrt(value) - math.sqrt(other)) > 0.14 * math.sqrt(top) for other in (*chosen, gate))
+            clear = all(
+                abs(math.sqrt(value) - math.sqrt(max(other, 0.0))) > 0.14 * math.sqrt(top) for other in (*chosen, gate)
+            )
             if value < top and clear:
                 chosen.append(value)
     return chosen

@@ -8,6 +8,7 @@ from physident.report.numbers import SPACE, number, quantity
 from physident.view.plots_residual import torque_units
 from physident.view.words import effect_words, numbered
 
+NO_TORQUE, NONE_OF_ITS_OWN = "shows no torque", "shows no torque of its own"
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
 
@@ -22,7 +23,11 @@ def by_reason(c: Contents) -> dict[str, dict[str, list[int]]]:
     own = {effect.name for effect in c.model.effects}
     found: dict[str, dict[str, list[int]]] = {}
     for one in c.unseen:
-        reason = IN_MODEL if c.question == "missing" and one.effect in own else one.reason
+        reason = (
+            IN_MODEL
+            if c.question == "missing" and one.effect in own
+            else one.reason.replace(NO_TORQUE, NONE_OF_ITS_OWN)
+        )
         joints = found.setdefault(reason, {}).setdefault(one.effect, [])
         joints += [j for j in one.joints if j not in joints]
     return found
@@ -67,10 +72,10 @@ def _remainder(c: Contents) -> list[Markup]:
     if not left:
         return [tag("p", "What remains of the torque has no more memory than noise through the same filter.")]
     units = torque_units(c.model.robot)
-    head = ["joint", "RMS", "memory", "noise's memory", "looks"]
+    head = ["", "RMS", "memory", "noise's memory", "looks"]
     rows = [
         [
-            str(r.joint), quantity(r.rms, units[r.joint - 1]), f"{number(r.memory, 2)}{SPACE}s",
+            f"joint {r.joint}", quantity(r.rms, units[r.joint - 1]), f"{number(r.memory, 2)}{SPACE}s",
             f"{number(r.white_memory, 2)}{SPACE}s", r.looks,
         ]
         for r in left

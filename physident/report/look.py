@@ -31,7 +31,7 @@ table.files td:first-child { min-width: 8rem; }
 ul.grid { max-width: none; list-style: none; padding: 0; display: grid; gap: .2rem 1.5rem;
   grid-template-columns: repeat(auto-fill, minmax(min(100%, 21rem), 1fr)); }
 .legend span { margin-right: 1.2rem; white-space: nowrap; }
-.legend i { display: inline-block; width: 1.4rem; height: .3rem; margin-right: .4rem; vertical-align: middle; }
+.legend i, td i { display: inline-block; width: 1.4rem; height: .3rem; margin-right: .4rem; vertical-align: middle; }
 .level { display: grid; grid-template-columns: 14rem 1fr 7rem 19rem; gap: .2rem 1rem; align-items: center;
   padding: .4rem 0; border-bottom: 1px solid var(--line); break-inside: avoid; }
 .level .cell { font-variant-numeric: tabular-nums; }
@@ -78,7 +78,7 @@ rect.band { fill: #e4e4ef; }
 @media print {
   body { font-size: 10.5pt; }
   main { max-width: none; padding: 0; }
-  h2, h3 { break-after: avoid; }
+  h2, h3, h3 + p, .legend { break-after: avoid; }
   .level { grid-template-columns: 10rem 1fr 6rem 16rem; font-size: 9.5pt; }
   .level .name, .level .bars { grid-column: auto; }
   .joints { grid-template-columns: 1fr 1fr; gap: .8rem 1.2rem; }

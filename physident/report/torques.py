@@ -78,7 +78,7 @@ def _joint(c: Contents, pair: Pair, j: int, start: float, bands: Sequence[tuple[
     models = list(zip((came(c.question), EXTENDED), pair.both, colours, strict=False))
     predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
     left = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
-    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 1.6)
+    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
     sizes = [float(rms(p)[j]) for p in pair.both]
     text = arrow(sizes, unit)
     moved = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""

@@ -78,9 +78,21 @@ def listed(items: Sequence[object]) -> str:
 def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) -> str:
     """The answer in one sentence."""
     if findings:
-        named = [cause(f.effect, f.joints) for f in findings[:NAMED]]
-        more = [f"{len(findings) - NAMED} more"] if len(findings) > NAMED else []
-        return f"{FOUND[question]} {listed([*named, *more]) if len(findings) == 1 else '; '.join([*named, *more])}."
+        return " ".join([*_lasting(question, findings), *_passing(findings)])
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
     return f"Something is {NOT_FOUND[question]}, and these recordings do not show what."
+
+
+def _lasting(question: Question, findings: Sequence[Finding]) -> list[str]:
+    """A sentence of what the arm is like, where anything of that was found."""
+    found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
+    more = [f"{len(found) - NAMED} more"] if len(found) > NAMED else []
+    return [f"{FOUND[question]} {'; '.join([*found[:NAMED], *more])}."] if found else []
+
+
+def _passing(findings: Sequence[Finding]) -> list[str]:
+    """A sentence of what happened to the arm, where anything did."""
+    times = [f"from {start:.2f} to {end:.2f} s" for f in findings for start, end in f.intervals]
+    more = [f"{len(times) - NAMED} times more"] if len(times) > NAMED else []
+    return [f"The tool was in contact with something {listed([*times[:NAMED], *more])}."] if times else []
