@@ -65,7 +65,7 @@ def solve_physical(
     """
     nominal = nominal_values(how.prior, base.columns, nominal)
     cones = physical_cones(robot, effects, how.total_mass, how.shapes, how.bounds)
-    coordinates = Coordinates.around(nominal, base.columns)
+    coordinates = Coordinates.around(nominal, base.columns, _sizes(regressor))
     program = Program(base.grouping, coordinates, cones, how.prior)
     sigma = _first_sigma(regressor, base, nominal)
     weight = 1.0 if how.prior.weight == "auto" else float(how.prior.weight)
@@ -97,6 +97,14 @@ def solve_physical(
         theta, covariance, fit.sigma, len(regressor.torque) / fit.memory, left_out.blocks,
         weight, decision, certificate, _held(cones, fit.answer),
     )  # fmt: skip
+
+
+def _sizes(regressor: Regressor) -> Array:
+    """Torque (p,) [N m|N] that a unit of each parameter makes on the joint that shows it most, RMS."""
+    sizes = np.zeros(len(regressor.columns))
+    for joint in regressor.joints:
+        np.maximum.at(sizes, joint.columns, np.sqrt(np.mean(joint.values**2, axis=0)))
+    return sizes
 
 
 def _first_sigma(regressor: Regressor, base: BaseParameters, nominal: Array) -> Array:

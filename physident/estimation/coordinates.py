@@ -1,7 +1,8 @@
 """Coordinates in which a physical fit is well scaled: every link's pseudo-inertia in units of its nominal one.
 
 Links of an arm differ by a thousand in mass and inertia; unscaled, solvers fail on the small ones. With the nominal
-P0 of a link, X = P0^-1/2 P P0^-1/2 is the identity at the nominal and its coordinates are of order one.
+P0 of a link, X = P0^-1/2 P P0^-1/2 is the identity at the nominal and its coordinates are of order one. Of all other
+parameters the coordinate is the torque they make in the data: a stiffness in N m/rad is as good as a friction in N m.
 """
 
 from __future__ import annotations
@@ -37,9 +38,13 @@ class Coordinates:
     links: tuple[tuple[int, slice], ...]
 
     @staticmethod
-    def around(nominal: Array, columns: Sequence[Column]) -> Coordinates:
-        """Coordinates in units of nominal parameters (p,), made solid first: warns, naming the link, where needed."""
-        T, u = np.eye(len(columns)), nominal.copy()
+    def around(nominal: Array, columns: Sequence[Column], sizes: Array | None = None) -> Coordinates:
+        """Coordinates in units of nominal parameters (p,), made solid first: warns, naming the link, where needed.
+
+        ``sizes`` (p,) [N m|N] of the torque that a unit of each parameter makes are the units of all but the links.
+        """
+        made = np.ones(len(columns)) if sizes is None else np.where(sizes > 0, sizes, 1.0)
+        T, u = np.diag(1 / made), nominal * made
         found = tuple(links(columns))
         for number, own in found:
             P0 = pseudo_inertia(solid_link(nominal[own], f"link {number}"))
