@@ -72,6 +72,7 @@ _PUBLIC = {
     "Score": "validation",
     "compare": "validation",
     "validate": "validation",
+    "view": "view",
     "Visibility": "visibility",
     "measure_visibility": "visibility",
 }
@@ -108,6 +109,7 @@ if TYPE_CHECKING:
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation import Gain, Score, compare, validate
+    from physident.view.session import view
     from physident.visibility import Visibility, measure_visibility
 
 

@@ -46,4 +46,4 @@ def test_colours_are_told_apart_by_every_eye():
 def test_colours_are_seen_on_black_and_on_white():
     for name in CATALOGUE:
         lightness = lab(linear(style.effect_colour(name)))[0]
-        assert 30 < lightness < 85, name
+        assert 40 < lightness < 85, name

@@ -25,6 +25,7 @@ VERBS = (
     "compare",
     "diagnose",
     "report",
+    "view",
     "base_parameters",
     "export",
     "payload",

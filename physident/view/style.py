@@ -6,6 +6,9 @@ from typing import Any
 
 FORMATS = (".png", ".pdf", ".svg")
 MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E73"
+# on the viewer's background, which may be black or white: grey where figures have black, and one colour for each model
+SESSION_MEASURED = "#8C8C8C"
+MODELS = ("#3D9BE0", "#1FB58A", "#E69F00", "#CC79A7", "#B4A54B")
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 # one colour for each effect of the catalogue, the same in every figure, session and report: as far apart as 22 colours can
 # be for normal, protan and deutan eyes, neither too dark for a black background nor too light for a white one; the default
@@ -14,25 +17,25 @@ EFFECTS = {
     "rigid_body": "#56B4E9",
     "rotor_inertia": "#2DE187",
     "viscous_friction": "#E69F00",
-    "coulomb_friction": "#C3003C",
-    "torque_offset": "#6900FF",
-    "payload": "#CC79A7",
-    "load_dependent_friction": "#5A69F0",
-    "stribeck_friction": "#96D2B4",
-    "friction_asymmetry": "#A51E78",
-    "presliding_hysteresis": "#00784B",
-    "nonlinear_viscous_friction": "#B4A54B",
-    "contact": "#FF0078",
-    "torque_constant": "#3CD2E1",
-    "gravity_tilt": "#5A96FF",
-    "link_inertia": "#874B00",
-    "warm_up": "#D200B4",
-    "joint_spring": "#4B3CE1",
-    "joint_zero_offset": "#4BE13C",
-    "coupled_friction": "#B4875A",
-    "joint_elasticity": "#961EC3",
-    "torque_ripple": "#5A961E",
-    "time_delay": "#FFA578",
+    "coulomb_friction": "#D2003C",
+    "torque_offset": "#693CFF",
+    "payload": "#D200B4",
+    "load_dependent_friction": "#6978FF",
+    "stribeck_friction": "#A5D2B4",
+    "friction_asymmetry": "#C32D0F",
+    "presliding_hysteresis": "#5A875A",
+    "nonlinear_viscous_friction": "#D2874B",
+    "contact": "#A5E169",
+    "torque_constant": "#00D2D2",
+    "gravity_tilt": "#69A5FF",
+    "link_inertia": "#A54B69",
+    "warm_up": "#A51ED2",
+    "joint_spring": "#875A87",
+    "joint_zero_offset": "#3CF03C",
+    "coupled_friction": "#4BB478",
+    "joint_elasticity": "#A569D2",
+    "torque_ripple": "#3CA5B4",
+    "time_delay": "#B4D2FF",
 }
 SETTINGS: Any = {
     "figure.dpi": 110,

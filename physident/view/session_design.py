@@ -1,0 +1,42 @@
+"""A designed motion before it is recorded, and how its design went on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.excitation.motion import Motion
+from physident.robot import Robot
+from physident.view import session_chart as chart
+from physident.view import style
+from physident.view.scene import log_arm
+from physident.view.session_log import curve
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+Array = NDArray[np.float64]
+RATE = 50.0  # Hz
+
+
+def log_design(
+    rec: rr.RecordingStream, motion: Motion, progress: Array, robot: Robot, meshes: str | Path | None
+) -> Array:
+    """Log a planned motion under ``design``; ``progress`` (I,) the condition number after each iteration, may be empty.
+
+    Returns the tool's path (N, 3) [m].
+    """
+    time, q, v, a = motion.sample(RATE)
+    for name, values in (("position", q), ("velocity", v), ("acceleration", a)):
+        for j in range(robot.n):
+            colour = style.JOINTS[j % (len(style.JOINTS) - 1)]  # the last is black
+            curve(rec, f"design/{name}/{j + 1}", time, values[:, j], f"{j + 1} {robot.joint_names[j]}", colour)
+    if len(progress):
+        iteration = np.arange(len(progress), dtype=float)
+        axes = chart.Axes.about(iteration, progress, logarithmic=True)
+        chart.log_axes(rec, "design/progress", axes, "iteration", "condition number")
+        chart.log_line(rec, "design/progress/condition_number", axes, iteration, progress, style.MODELS[0])
+    return log_arm(rec, "design/robot", robot, time[::2], q[::2], meshes)
