@@ -18,6 +18,8 @@ TORQUE_CONSTANT = np.array([0.125, 0.125, 0.125, 0.0922, 0.0922, 0.0922])  # N m
 MOTOR_FRICTION = np.array(  # N m at the motor, forwards and backwards
     [[0.076, -0.076], [0.083, -0.082], [0.078, -0.077], [0.014, -0.014], [0.020, -0.019], [0.020, -0.021]]
 )
+MOTOR_INERTIA = np.array([1.87e-8, 1.87e-8, 1.87e-8, 2.07e-5, 2.07e-5, 2.07e-5])  # kg m^2
+ROTOR_INERTIA = GEAR_RATIO**2 * MOTOR_INERTIA  # kg m^2 at the joint
 COULOMB = GEAR_RATIO * (MOTOR_FRICTION[:, 0] - MOTOR_FRICTION[:, 1]) / 2  # N m at the joint
 OFFSET = GEAR_RATIO * (MOTOR_FRICTION[:, 0] + MOTOR_FRICTION[:, 1]) / 2  # N m: what differs by direction
 
