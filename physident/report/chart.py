@@ -72,7 +72,7 @@ def ticks(low: float, high: float, count: int) -> list[float]:
     power = 10.0 ** math.floor(math.log10(step))
     step = min((k * power for k in (1, 2, 5, 10)), key=lambda s: abs(math.log(s / step)))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [round(k * step, 12) for k in range(first, last + 1)]
+    return [float(f"{k * step:.10g}") for k in range(first, last + 1)]
 
 
 def _parts(line: Line) -> list[tuple[Array, Array]]:

@@ -1,0 +1,162 @@
+"""The parts of a report: numbers that keep their value, curves that keep their extremes, JSON that keeps its types."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import physident as pid
+from physident.report.chart import COLUMNS, HEIGHT, WIDTH, Line, line_chart, ticks
+from physident.report.markup import joined, tag
+from physident.report.numbers import number, percent, quantity
+from physident.report.typed import typed
+from physident.view.words import headline, in_words, listed, numbered
+from tests.page import Element, read_page
+
+POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def value_of(text: str) -> float:
+    """The number that a text shows."""
+    mantissa, _, power = text.replace("−", "-").partition("·10")
+    return float(mantissa) * 10.0 ** (int(power.translate(POWERS)) if power else 0)
+
+
+@given(st.floats(-1e300, 1e300, allow_subnormal=False))
+def test_a_shown_number_is_within_half_a_digit_of_the_true_one(x: float) -> None:
+    shown = number(x)
+    assert value_of(shown) == pytest.approx(x, rel=5.1e-3, abs=1e-300)
+    assert len(shown) <= 13
+    assert "e" not in shown
+    assert number(-abs(x)).startswith("−") or x == 0
+
+
+def test_percentages_units_and_signs() -> None:
+    assert [percent(x).replace("\N{NO-BREAK SPACE}", " ") for x in (0.0, -0.04, 4.96, 9.96, 57.2)] == [
+        "0.0 %", "0.0 %", "5.0 %", "10 %", "57 %",
+    ]  # fmt: skip
+    assert percent(-57.2, sign=True).startswith("−57")
+    assert percent(3.0, sign=True).startswith("+3.0")
+    shown = quantity(2.0, "kg m^2").replace("\N{NO-BREAK SPACE}", " ")
+    assert shown == "2.00 kg m²"
+    assert quantity(0.08, "1") == "0.0800"
+
+
+def curves(lines: list[Line], **options: Any) -> tuple[Element, list[np.ndarray]]:
+    chart = read_page(line_chart(lines, "N m", "torque", **options))
+    points = [line.attributes["points"].split() for line in chart.all("polyline")]
+    return chart, [np.array([[float(x) for x in point.split(",")] for point in line]) for line in points]
+
+
+def test_a_long_series_keeps_every_peak_and_a_short_one_every_sample() -> None:
+    time = np.arange(60_000) / 100
+    values = np.sin(0.3 * time)
+    peaks = np.random.default_rng(0).choice(len(time), 40, replace=False)
+    values[peaks] = 3.0
+    _, (drawn,) = curves([Line("x", time, values, "#000")])
+    assert len(drawn) < 2000
+    top = drawn[:, 1].min()  # the drawing's axis points down
+    places = set(drawn[drawn[:, 1] == top][:, 0])
+    for peak in peaks:
+        assert min(abs(place - WIDTH * time[peak] / time[-1]) for place in places) <= WIDTH / COLUMNS + 1
+    _, (short,) = curves([Line("x", time[:300], values[:300], "#000")])
+    assert len(short) == 300
+
+
+def test_a_pause_of_the_clock_breaks_the_line_and_all_stays_inside() -> None:
+    time = np.concatenate([np.arange(50) / 20, 10 + np.arange(50) / 20])
+    chart, drawn = curves([Line("x", time, np.cos(time), "#000")], bands=[(1.0, 2.0), (30.0, 40.0)])
+    assert len(drawn) == 2
+    points = np.concatenate(drawn)
+    assert points.min() >= 0
+    assert points[:, 0].max() <= WIDTH
+    assert points[:, 1].max() <= HEIGHT
+    assert len(chart.all("rect")) == 1  # the other band lies outside
+
+
+def test_a_constant_series_is_drawn() -> None:
+    _, (drawn,) = curves([Line("x", np.arange(10.0), np.zeros(10), "#000")])
+    assert np.ptp(drawn[:, 1]) == 0
+
+
+@given(st.floats(-1e3, 1e3), st.integers(-12, 9))
+def test_ticks_are_round_even_and_inside(place: float, power: int) -> None:
+    size = 10.0**power
+    low = place * size
+    marks = ticks(low, low + size, 4)
+    assert 1 <= len(marks) <= 9
+    steps = np.diff(marks)
+    np.testing.assert_allclose(steps, steps[0] if len(steps) else 1.0, rtol=1e-4)
+    assert low - 1e-6 * size <= marks[0]
+    assert marks[-1] <= low + (1 + 1e-6) * size
+
+
+@given(st.text())
+def test_no_text_becomes_an_element_or_leaves_its_attribute(text: str) -> None:
+    page = read_page(tag("p", text, class_=text))
+    assert len(page.inside) == 1
+    (p,) = page.all("p")
+    assert all(isinstance(child, str) for child in p.inside)
+    assert set(p.attributes) == {"class"}
+    assert joined(text).isprintable() or "\n" in text or "\xa0" in text
+
+
+@dataclass(frozen=True)
+class Inner:
+    """A part of what JSON holds."""
+
+    name: str
+    size: float
+
+
+@dataclass(frozen=True)
+class Outer:
+    """What JSON holds."""
+
+    kind: Literal["a", "b"]
+    parts: tuple[Inner, ...]
+    ends: tuple[float, float]
+    count: int | None
+
+
+GOOD: dict[str, Any] = {"kind": "a", "parts": [{"name": "x", "size": 1}], "ends": [0, 1.5], "count": None, "more": 3}
+
+
+def test_json_comes_back_as_what_wrote_it() -> None:
+    assert typed(Outer, GOOD, "it") == Outer("a", (Inner("x", 1.0),), (0.0, 1.5), None)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"kind": "c"}, "it.kind is 'c', expected one of a, b"),
+        ({"kind": []}, "it.kind is"),
+        ({"parts": [{"name": "x"}]}, r"it.parts\[0\] has no 'size'"),
+        ({"parts": [{"name": 3, "size": 1}]}, r"it.parts\[0\].name is 3, expected a text"),
+        ({"parts": {}}, "it.parts is {}, expected a list"),
+        ({"ends": [1]}, "expected 2 values"),
+        ({"ends": [1, True]}, "expected a finite number"),
+        ({"ends": [1, float("inf")]}, "expected a finite number"),
+        ({"count": 1.5}, "expected a whole number"),
+        ({"count": True}, "expected a whole number"),
+    ],
+)
+def test_what_does_not_fit_is_named(change: dict[str, Any], said: str) -> None:
+    with pytest.raises(pid.InputError, match=said):
+        typed(Outer, GOOD | change, "it")
+
+
+def test_joints_and_effects_read_as_sentences() -> None:
+    assert numbered([6, 1, 2, 3]) == "1 to 3 and 6"
+    assert numbered([1, 2]) == "1 and 2"
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert (
+        in_words("stribeck_friction: not load_dependent_friction") == "Stribeck friction: not load-dependent friction"
+    )
+    assert headline("different", "nothing_missing", ()).startswith("Nothing is different")
+    assert headline("nominal", "unexplained", ()).startswith("Something is wrong with the nominal model")
