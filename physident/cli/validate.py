@@ -51,6 +51,8 @@ def validate(
         write_text(json_out, json.dumps(score.as_dict(), indent=1, allow_nan=False) + "\n")
     if plot is not None:
         from physident.view.plots import plot_predictions
+        from physident.view.plots_residual import torque_units
 
-        plot_predictions(predictions(estimate, loaded), estimate.model.robot.joint_names, plot)
+        robot = estimate.model.robot
+        plot_predictions(predictions(estimate, loaded), robot.joint_names, plot, torque_units(robot))
     typer.echo(repr(score))

@@ -12,8 +12,13 @@ from physident.validation import Predictions
 from physident.view import style
 
 
-def plot_predictions(p: Predictions, joints: Sequence[str], path: str | Path) -> None:
-    """Measured and predicted torque and their difference [N m] over time [s], one row a joint, recordings end to end."""
+def plot_predictions(
+    p: Predictions, joints: Sequence[str], path: str | Path, units: Sequence[str] | None = None
+) -> None:
+    """Draw measured and predicted torque and their difference over time [s], one row a joint, recordings end to end.
+
+    ``units`` are those of the joints' torques, N m for all by default. Raises InputError for a path of no known ending.
+    """
     fig, axes = style.figure(len(joints), sharex=True)
     time = np.arange(len(p.time)) / p.rate
     borders = time[np.flatnonzero(np.diff(p.recording)) + 1]
@@ -25,15 +30,15 @@ def plot_predictions(p: Predictions, joints: Sequence[str], path: str | Path) ->
         for border in borders:
             axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
         error = 100 * np.linalg.norm(measured - predicted) / np.linalg.norm(measured)
-        axis.set_ylabel("torque [N m]")
-        axis.set_title(f"joint {j + 1}, {name}: error {error:.1f} %", fontsize=9, loc="left")
+        axis.set_ylabel(f"torque [{units[j] if units else 'N m'}]")
+        axis.set_title(f"joint {j + 1}, {name}: error {error:.1f} %", fontsize=9, loc="left", parse_math=False)
     fig.legend(*axes[0, 0].get_legend_handles_labels(), ncols=3, loc="outside upper right")
     axes[-1, 0].set_xlabel("time in motion [s]")
     style.save(fig, path)
 
 
 def plot_recordings(recordings: Sequence[Recording], path: str | Path) -> None:
-    """Position [rad], velocity [rad/s] and effort over time [s]: a row a recording, a line a joint."""
+    """Draw position [rad], velocity [rad/s] and effort over time [s]: a row a recording, a line a joint."""
     fig, axes = style.figure(len(recordings), 3, size=(4.5, 2.4))
     for row, r in zip(axes, recordings, strict=True):
         time = r.time - r.time[0]
@@ -47,6 +52,6 @@ def plot_recordings(recordings: Sequence[Recording], path: str | Path) -> None:
                 )
             axis.set_ylabel(label)
             axis.set_xlabel("time [s]")
-        row[0].set_title(Path(r.source).name, fontsize=9, loc="left")
+        row[0].set_title(Path(r.source).name, fontsize=9, loc="left", parse_math=False)
     fig.legend(*axes[0, 0].get_legend_handles_labels(), title="joint", loc="outside right upper", fontsize=8)
     style.save(fig, path)
