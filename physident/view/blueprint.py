@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.view import session_design
 from physident.view.session_chart import BOUNDS, LEGEND_ROW, LEGEND_STEP
 from physident.view.session_log import TIMELINE, path_part
 
@@ -18,13 +19,30 @@ VIEW_FROM = np.array([0.7, -0.95, 0.45])  # from the front right, a little above
 
 
 @dataclass(frozen=True, eq=False)
+class Look:
+    """Where an arm moves, ``centre`` (3,) and ``reach`` [m], and what stands above it."""
+
+    centre: Array
+    reach: float
+    title: str
+
+    @staticmethod
+    def at(tool: Array, title: str) -> Look:
+        """A look that holds the base and the path (N, 3) [m] of a tool."""
+        points = np.vstack([tool, np.zeros(3)])
+        centre = (points.max(axis=0) + points.min(axis=0)) / 2
+        return Look(centre, max(float(np.ptp(points, axis=0).max()), 0.1), title)
+
+
+@dataclass(frozen=True, eq=False)
 class Contained:
-    """What a session holds, so that no view opens empty: joint names, whether they are prismatic, the model whose
-    effects are shown; how many ``models`` and ``effects``; joints (from 1) that are ``found`` to lack something; the ``end`` [s] of the recordings and of the design; whether there are models, a diagnosis, contacts, a design with progress; ``centre`` (3,) and
-    ``reach`` [m] of the motion; ``scale`` how to read the links' colours."""
+    """What a session holds, so that no view opens empty: joint names, whether they are prismatic, the ``first`` model and the
+    one whose effects are shown; how many ``models`` and ``effects``; joints (from 1) that are ``found`` to lack something; the ``end`` [s] of the recordings and of the design; whether there are models, a diagnosis, contacts, a design with progress; how to look at the ``arm`` and
+    at the ``planned`` motion."""
 
     joints: tuple[str, ...]
     prismatic: tuple[bool, ...]
+    first: str | None
     effects_of: str | None
     models: int
     effects: int
@@ -35,9 +53,8 @@ class Contained:
     diagnosed: bool
     designed: bool
     progress: bool
-    centre: Array
-    reach: float
-    scale: str
+    arm: Look
+    planned: Look
 
 
 def make_blueprint(c: Contained) -> Any:
@@ -48,7 +65,7 @@ def make_blueprint(c: Contained) -> Any:
     if c.recorded:
         bands = rrb.StateTimelineView(origin="/bands", name="recordings and contacts", time_view=_whole(c.end))
         right = rrb.Vertical(right, bands, row_shares=[6, 1])
-    left: Any = _arm(c, "/robot" if c.recorded else "/design/robot")
+    left: Any = _arm(c.arm, "/robot") if c.recorded else _arm(c.planned, "/design/robot")
     if c.recorded:
         left = rrb.Vertical(left, rrb.TextDocumentView(origin="/summary", name="summary"), row_shares=[5, 3])
     return rrb.Blueprint(
@@ -67,13 +84,13 @@ def _tabs(c: Contained) -> list[Any]:
         tabs.append(_with_legend(_curves(c, "torque"), *models, "torque"))
         if c.effects_of is not None:
             effects = (f"/legend/effects/{path_part(c.effects_of)}", c.effects)
-            tabs.append(_with_legend(_curves(c, "residual"), *models, "residual"))
+            tabs.append(_with_legend(_curves(c, "residual"), "/legend/residual", c.models, "residual"))
             tabs.append(
                 _with_legend(_curves(c, f"effects/{path_part(c.effects_of)}"), *effects, f"effects of {c.effects_of}")
             )
             for part in ("velocity", "position"):
-                tabs.append(_with_legend(_charts(c, part), "/legend/charts", c.models, f"residual against {part}"))
-        tabs.append(_curves(c, "motion"))
+                tabs.append(_with_legend(_charts(c, part), "/legend/residual", c.models, f"residual against {part}"))
+        tabs.append(_with_legend(_curves(c, "motion"), "/legend/motion", 2, "motion"))
     if c.diagnosed:
         tabs.append(_diagnosis(c))
     if c.designed:
@@ -95,11 +112,11 @@ def _diagnosis(c: Contained) -> Any:
     return rrb.Horizontal(text, rrb.Vertical(*plots), column_shares=[3, 2], name="diagnosis")
 
 
-def _arm(c: Contained, origin: str) -> Any:
+def _arm(look: Look, origin: str) -> Any:
     import rerun.blueprint as rrb
 
-    eye = rrb.EyeControls3D(position=c.centre + c.reach * VIEW_FROM, look_target=c.centre, eye_up=[0, 0, 1])
-    return rrb.Spatial3DView(origin=origin, name=c.scale, eye_controls=eye)
+    eye = rrb.EyeControls3D(position=look.centre + look.reach * VIEW_FROM, look_target=look.centre, eye_up=[0, 0, 1])
+    return rrb.Spatial3DView(origin=origin, name=look.title, eye_controls=eye)
 
 
 def _curves(c: Contained, what: str) -> Any:
@@ -109,8 +126,8 @@ def _curves(c: Contained, what: str) -> Any:
         length, effort = ("m", "N") if c.prismatic[j] else ("rad", "N m")
         unit = f"{length}, {length}/s" if what == "motion" else effort
         parts = ("velocity", "position") if what == "motion" else (what,)
-        contents, legend = [f"$origin/{p}/**" for p in parts], what == "motion" and j == 0
-        views.append(_plot(f"/joints/{j + 1}", contents, f"{j + 1} {joint} [{unit}]", legend, c.end))
+        contents = [f"$origin/{p}/**" for p in parts]
+        views.append(_plot(f"/joints/{j + 1}", contents, f"{j + 1} {joint} [{unit}]", False, c.end))
     return _grid(views, what)
 
 
@@ -123,14 +140,14 @@ def _plot(origin: str, contents: Sequence[str], name: str, legend: bool, end: fl
     )  # fmt: skip
 
 
-def _with_legend(grid: Any, origin: str, count: int, name: str) -> Any:
+def _with_legend(grid: Any, origin: str, count: int, name: str, row: int = LEGEND_ROW) -> Any:
     """Plots under a strip that says what their colours mean."""
     import rerun.blueprint as rrb
 
-    rows = -(-count // LEGEND_ROW)
-    bounds = rrb.VisualBounds2D(x_range=(-1.0, LEGEND_ROW * LEGEND_STEP), y_range=(-0.7, rows - 0.3))
+    rows = -(-count // row)
+    bounds = rrb.VisualBounds2D(x_range=(-1.0, row * LEGEND_STEP), y_range=(-0.7, rows - 0.3))
     strip = rrb.Spatial2DView(origin=origin, name="colours", visual_bounds=bounds, titlebar=False)
-    return rrb.Vertical(strip, grid, row_shares=[0.4 * rows, 10], name=name)
+    return rrb.Vertical(strip, grid, row_shares=[0.55 * rows, 10], name=name)
 
 
 def _whole(end: float) -> Any:
@@ -145,7 +162,10 @@ def _whole(end: float) -> Any:
 
 
 def _charts(c: Contained, part: str) -> Any:
-    views = [_chart(f"/charts/{j + 1}/{part}", f"{j + 1} {joint}") for j, joint in enumerate(c.joints)]
+    views = [
+        _chart(f"/charts/{j + 1}/{part}", f"{j + 1} {joint}, points: {c.first}, lines: medians")
+        for j, joint in enumerate(c.joints)
+    ]
     return _grid(views, part)
 
 
@@ -159,13 +179,15 @@ def _chart(origin: str, name: str) -> Any:
 def _design(c: Contained) -> Any:
     import rerun.blueprint as rrb
 
+    length = "rad, m" if any(c.prismatic) else "rad"
+    units = {"position": length, "velocity": f"{length}/s", "acceleration": f"{length}/s²"}
     curves = [
-        _plot(f"/design/{part}", ["$origin/**"], f"planned {part} [{unit}]", part == "position", c.design_end)
-        for part, unit in (("position", "rad or m"), ("velocity", "1/s"), ("acceleration", "1/s²"))
+        _plot(f"/design/{part}", ["$origin/**"], f"planned {part} [{unit}]", False, c.design_end)
+        for part, unit in units.items()
     ]
     side = [_chart("/design/progress", "condition number, iteration by iteration")] if c.progress else []
-    robot = [_arm(c, "/design/robot")] if c.recorded else []
-    stacked = rrb.Vertical(*curves)
+    robot = [_arm(c.planned, "/design/robot")] if c.recorded else []
+    stacked = _with_legend(rrb.Vertical(*curves), "/legend/joints", len(c.joints), "design", session_design.LEGEND_ROW)
     return rrb.Horizontal(rrb.Vertical(*robot, *side), stacked, name="design") if robot or side else stacked
 
 

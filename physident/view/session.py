@@ -19,7 +19,7 @@ from physident.files import write_with
 from physident.recording import Recording
 from physident.report.contents import contents_of, read_contents
 from physident.robot import Robot
-from physident.view.blueprint import Contained, make_blueprint
+from physident.view.blueprint import Contained, Look, make_blueprint
 from physident.view.scene import colour_links, log_arm
 from physident.view.session_bands import contact_intervals, log_bands
 from physident.view.session_content import Content, compose, identity
@@ -106,7 +106,7 @@ def _record(c: Content, data: SessionData | None, path: Path) -> None:
     rec = rr.RecordingStream("physident", recording_id=name.hexdigest()[:32], send_properties=False)
     rec.save(path)
     rec.send_recording_name(f"{c.robot.name}: {', '.join(Path(r.source).name for r in c.recordings) or 'design'}")
-    tool, scale = np.zeros((1, 3)), f"{c.robot.name}, planned motion"
+    tool, planned, scale = np.zeros((1, 3)), np.zeros((1, 3)), c.robot.name
     if data is not None:
         tool = log_arm(rec, "robot", c.robot, data.clock, data.motion, c.meshes)
         scale = _colour(rec, c, data)
@@ -119,8 +119,8 @@ def _record(c: Content, data: SessionData | None, path: Path) -> None:
         rec.log("diagnosis", rr.TextDocument(findings(c.diagnosis), media_type="text/markdown"), static=True)
     if c.motion is not None:
         planned = log_design(rec, c.motion, np.array(c.progress, dtype=float), c.robot, c.meshes)
-        tool = tool if data is not None else planned
-    rec.send_blueprint(make_blueprint(_contained(c, data, tool, scale)))
+    look = (Look.at(tool, scale), Look.at(planned, f"{c.robot.name}, planned motion"))
+    rec.send_blueprint(make_blueprint(_contained(c, data, *look)))
     rec.flush()
     rec.disconnect()
 
@@ -134,17 +134,15 @@ def _colour(rec: rr.RecordingStream, c: Content, data: SessionData) -> str:
     share = moving_rms(data.residual(first), data.time, COLOUR_WINDOW) / np.where(size > 0, size, np.inf)
     full = float(np.nanquantile(share, COLOUR_QUANTILE)) or 1.0
     colour_links(rec, "robot", c.robot, data.time, share / full, c.meshes)
-    return f"link colour: residual, grey 0 to orange {100 * full:.2g} % of the torque"
+    return f"link colour: residual, grey 0 to orange {100 * full:.0f} % of the torque"
 
 
-def _contained(c: Content, data: SessionData | None, tool: Array, scale: str) -> Contained:
+def _contained(c: Content, data: SessionData | None, arm: Look, planned: Look) -> Contained:
     last = data.predictions[-1] if data is not None and data.predictions else None
-    low, high = tool.min(axis=0), tool.max(axis=0)
-    corners = np.vstack([low, high, np.zeros(3)])
-    centre = (corners.max(axis=0) + corners.min(axis=0)) / 2
     return Contained(
         joints=c.robot.joint_names,
         prismatic=tuple(joint.kind == "prismatic" for joint in c.robot.joints),
+        first=data.predictions[0].name if last is not None and data is not None else None,
         effects_of=last.name if last is not None else None,
         models=len(data.predictions) if data is not None else 0,
         effects=len(last.effects) if last is not None else 0,
@@ -155,9 +153,8 @@ def _contained(c: Content, data: SessionData | None, tool: Array, scale: str) ->
         diagnosed=c.diagnosis is not None,
         designed=c.motion is not None,
         progress=bool(c.progress),
-        centre=centre,
-        reach=max(float(np.ptp(corners, axis=0).max()), 0.1),
-        scale=scale,
+        arm=arm,
+        planned=planned,
     )
 
 

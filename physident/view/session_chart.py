@@ -20,9 +20,10 @@ Array = NDArray[np.float64]
 WIDTH, HEIGHT = 2.6, 1.0  # of the axes, in the view's own units
 LABEL_DROP = 0.1  # the viewer puts a label so far below its point
 LEGEND_ROW, LEGEND_STEP = 5, 8.0  # names in a row of a legend, and their distance in heights of a row
+LETTER = 0.15  # half a letter's width, so that a name begins beside its colour
 MAX_POINTS = 1500
 BINS = 24
-BOUNDS = ((-0.33, 2.75), (-0.12, 1.28))  # x and y range of a view that shows one chart and its labels
+BOUNDS = ((-0.33, 2.75), (-0.14, 1.42))  # x and y range of a view that shows one chart and its labels
 
 
 @dataclass(frozen=True)
@@ -57,17 +58,17 @@ def log_axes(rec: rr.RecordingStream, path: str, axes: Axes, x_label: str, y_lab
     import rerun as rr
 
     grey, frame = rgb(style.SESSION_MEASURED), [[[0, 0], [0, HEIGHT], [WIDTH, HEIGHT]]]
-    lines, places, texts = list(frame), [[WIDTH - 0.35, HEIGHT - 0.22], [0.35, -0.1]], [x_label, y_label]
+    lines, places, texts = list(frame), [[WIDTH - 0.35, HEIGHT + 0.17], [0.35, -0.12]], [x_label, y_label]
     for value in ticks(*axes.x):
         at = WIDTH * (value - axes.x[0]) / (axes.x[1] - axes.x[0])
         lines.append([[at, HEIGHT], [at, 0.0 if value == 0 else HEIGHT - 0.02]])
         places.append([at, HEIGHT])
         texts.append(f"{value:g}")
-    for value in ticks(*axes.y):
+    for value in decades(*axes.y) if axes.logarithmic else ticks(*axes.y):
         at = HEIGHT * (1 - (value - axes.y[0]) / (axes.y[1] - axes.y[0]))
         lines.append([[0, at], [WIDTH if value == 0 and not axes.logarithmic else 0.02, at]])
         places.append([-0.14, at - LABEL_DROP])
-        texts.append(f"{10**value:.3g}" if axes.logarithmic else f"{value:g}")
+        texts.append(f"{10**value:.4g}" if axes.logarithmic else f"{value:g}")
     rec.log(f"{path}/axes", rr.LineStrips2D(lines, colors=[grey], radii=rr.Radius.ui_points(0.6)), static=True)
     rec.log(
         f"{path}/labels", rr.Points2D(places, labels=texts, show_labels=True, radii=0.0, colors=[grey]), static=True
@@ -113,6 +114,12 @@ def binned_median(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
     return np.array([np.median(x[p]) for p in parts]), np.array([np.median(y[p]) for p in parts])
 
 
+def decades(low: float, high: float) -> Sequence[float]:
+    """Logarithms (base 10) of the numbers 1, 2 and 5 times a power of ten between two logarithms."""
+    every = [k + math.log10(m) for k in range(math.floor(low), math.ceil(high) + 1) for m in (1, 2, 5)]
+    return [value for value in every if low <= value <= high]
+
+
 def ticks(low: float, high: float, count: int = 5) -> Sequence[float]:
     """About ``count`` round numbers between two, steps of 1, 2 or 5 times a power of ten."""
     rough = (high - low) / count
@@ -121,14 +128,16 @@ def ticks(low: float, high: float, count: int = 5) -> Sequence[float]:
     return [round(k * step, 12) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
-def log_legend(rec: rr.RecordingStream, path: str, colours: dict[str, str]) -> None:
-    """Log names beside points of their colours, in rows of five."""
+def log_legend(rec: rr.RecordingStream, path: str, colours: dict[str, str], row: int = LEGEND_ROW) -> None:
+    """Log names beside points of their colours, ``row`` of them in each row."""
     import rerun as rr
 
     grey = rgb(style.SESSION_MEASURED)
     for number, (name, colour) in enumerate(colours.items()):
-        x, y = LEGEND_STEP * (number % LEGEND_ROW), float(number // LEGEND_ROW)
+        x, y = LEGEND_STEP * (number % row), float(number // row)
         dot = rr.Points2D([[x, y]], radii=rr.Radius.ui_points(5.0), colors=[rgb(colour)])
         rec.log(f"{path}/{number}/dot", dot, static=True)
-        text = rr.Points2D([[x + LEGEND_STEP / 2, y - 0.45]], labels=[name], show_labels=True, radii=0.0, colors=[grey])
+        text = rr.Points2D(
+            [[x + 0.8 + LETTER * len(name), y - 0.45]], labels=[name], show_labels=True, radii=0.0, colors=[grey]
+        )
         rec.log(f"{path}/{number}/name", text, static=True)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 RATE = 50.0  # Hz
+LEGEND_ROW = 3
 
 
 def log_design(
@@ -30,10 +31,12 @@ def log_design(
     Returns the tool's path (N, 3) [m].
     """
     time, q, v, a = motion.sample(RATE)
+    colours = [*style.JOINTS[:-1], style.SESSION_MEASURED]  # grey for black
+    names = {f"{j} {name}": colours[(j - 1) % len(colours)] for j, name in enumerate(robot.joint_names, 1)}
+    chart.log_legend(rec, "legend/joints", names, LEGEND_ROW)
     for name, values in (("position", q), ("velocity", v), ("acceleration", a)):
-        for j in range(robot.n):
-            colour = style.JOINTS[j % (len(style.JOINTS) - 1)]  # the last is black
-            curve(rec, f"design/{name}/{j + 1}", time, values[:, j], f"{j + 1} {robot.joint_names[j]}", colour)
+        for j, (joint, colour) in enumerate(names.items()):
+            curve(rec, f"design/{name}/{j + 1}", time, values[:, j], joint, colour)
     if len(progress):
         iteration = np.arange(len(progress), dtype=float)
         axes = chart.Axes.about(iteration, progress, logarithmic=True)

@@ -21,10 +21,9 @@ def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None
     the colours mean under ``legend``."""
     models = {p.name: model_colour(i) for i, p in enumerate(data.predictions)}
     chart.log_legend(rec, "legend/models", {"measured": style.SESSION_MEASURED, **models})
+    chart.log_legend(rec, "legend/motion", {"position": style.MODELS[1], "velocity": style.MODELS[0]})
     if models:
-        first, *others = models
-        drawn = {f"{first}: points and their median": models[first], **{f"{o}: median": models[o] for o in others}}
-        chart.log_legend(rec, "legend/charts", drawn)
+        chart.log_legend(rec, "legend/residual", models)
     for p in data.predictions:
         chart.log_legend(
             rec, f"legend/effects/{path_part(p.name)}", {name: style.effect_colour(name) for name in p.effects}
