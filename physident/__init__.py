@@ -41,6 +41,8 @@ _PUBLIC = {
     "DriveGains": "estimation.drive_gains",
     "identify_drive_gains": "estimation.drive_gains",
     "identify": "estimation.identify",
+    "Design": "excitation.design",
+    "design_trajectory": "excitation.design",
     "Trajectory": "excitation.trajectory",
     "load_trajectory": "excitation.trajectory",
     "random_trajectory": "excitation.trajectory",
@@ -52,6 +54,8 @@ _PUBLIC = {
     "measure_identifiability": "identifiability",
     "Inspection": "inspection",
     "inspect_recording": "inspection",
+    "Manipulability": "manipulability",
+    "measure_manipulability": "manipulability",
     "Model": "model",
     "Recording": "recording",
     "load_recording": "recording",
@@ -93,12 +97,14 @@ if TYPE_CHECKING:
     from physident.estimation.identify import identify
     from physident.estimation.knowledge import Bound, Box, Ellipsoid
     from physident.estimation.prior import Entropic, NominalDistance, NoPrior
+    from physident.excitation.design import Design, design_trajectory
     from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
     from physident.identifiability import Identifiability, measure_identifiability
     from physident.inspection import Inspection, inspect_recording
+    from physident.manipulability import Manipulability, measure_manipulability
     from physident.model import Model
     from physident.payload import Payload, identify_payload
     from physident.recording import Recording, load_recording, load_recordings

@@ -32,7 +32,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
         "model",
     ),
     ("regressor",),
-    ("base_parameters", "projection", "visibility", "identifiability", "estimation"),
+    ("manipulability", "base_parameters", "projection", "visibility", "identifiability", "estimation"),
     ("validation", "inspection", "excitation", "simulation", "payload", "diagnosis"),
     ("view", "report", "export", "fleet", "demo"),
     ("cli",),

@@ -31,6 +31,7 @@ VERBS = (
     "payload",
     "drive_gains",
     "simulate",
+    "design",
 )
 MAX_LINE = 800  # characters of a message
 for _verb in VERBS:

@@ -1,0 +1,104 @@
+"""physident design: a robot or a model in, the motion that shows its parameters best out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from physident.cli.app import JsonOption, RobotOption, app, check_outputs
+from physident.errors import InputError, warn
+
+if TYPE_CHECKING:
+    from physident.estimation.estimate import Estimate
+    from physident.robot import Robot
+
+
+@app.command(short_help="The motion that shows a model's parameters best.")
+def design(
+    out: Annotated[Path, typer.Option("--out", help="The motion to write (physident.trajectory/1).")],
+    robot: RobotOption = None,
+    model: Annotated[Path | None, typer.Option("--model", help="A model file: all its effects are excited.")] = None,
+    harmonics: Annotated[int, typer.Option("--harmonics", help="Harmonics of each joint's Fourier series.")] = 5,
+    base_frequency: Annotated[float, typer.Option("--base-frequency", help="Base frequency [Hz].")] = 0.15,
+    periods: Annotated[int, typer.Option("--periods", help="How often the period is repeated.")] = 1,
+    limits: Annotated[
+        str,
+        typer.Option("--limits", help="joint (position, speed, acceleration) or all (and torque, tool, table, links)."),
+    ] = "all",
+    criterion: Annotated[str, typer.Option("--criterion", help="condition, d_optimal or a_optimal.")] = "condition",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same motion.")] = 0,
+    table: Annotated[float, typer.Option("--table", help="Height of the table in the base frame [m].")] = 0.0,
+    no_table: Annotated[bool, typer.Option("--no-table", help="There is no table.")] = False,
+    clearance: Annotated[float, typer.Option("--clearance", help="Kept between links and to the table [m].")] = 0.02,
+    meshes: Annotated[Path | None, typer.Option("--meshes", help="Folder of the URDF's mesh packages.")] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="Also write time, q, dq, ddq as a table.")] = None,
+    rate: Annotated[float, typer.Option("--rate", help="Rows a second of that table [Hz].")] = 125.0,
+    json_file: JsonOption = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Also draw the motion (.png, .pdf, .svg).")] = None,
+) -> None:
+    """Design a motion at rest at both ends, within the limits, along which all parameters show best."""
+    from physident.excitation.design import design_trajectory
+    from physident.files import write_text
+
+    check_outputs([robot, model], out, csv, json_file, plot=plot)
+    source = _source(robot, model)
+    with _progress("designing") as progress:
+        found = design_trajectory(
+            source, criterion, limits, harmonics, base_frequency, periods, seed,  # pyright: ignore[reportArgumentType]
+            None if no_table else table, clearance, meshes, progress=progress,
+        )  # fmt: skip
+    if csv is not None:
+        found.trajectory.write_csv(csv, rate)
+    if plot is not None:
+        from physident.view.motion import plot_motion
+
+        plot_motion(found.trajectory, plot)
+    if json_file is not None:
+        write_text(json_file, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
+    found.trajectory.save(out)
+    if found.manipulability.warning:
+        warn(found.manipulability.warning)
+    typer.echo(
+        f"{found!r}\nwritten: {', '.join(str(path) for path in (out, csv, json_file, plot) if path is not None)}"
+    )
+
+
+def _source(robot: str | None, model: Path | None) -> Robot | Estimate:
+    from physident.estimation.estimate import load_estimate
+    from physident.robot import load_robot
+
+    if model is not None:
+        if robot is not None:
+            raise InputError("--robot and --model were both given, expected one: a model brings its robot")
+        return load_estimate(model)
+    if robot is None:
+        raise InputError("which arm? expected --robot (its description alone) or --model (a model file)")
+    return load_robot(robot)
+
+
+@contextmanager
+def _progress(doing: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on standard error, for the share that is done, once it has taken more than two seconds."""
+    import time
+
+    from rich.console import Console
+    from rich.progress import Progress
+
+    bar = Progress(console=Console(stderr=True), transient=True)
+    task, start = bar.add_task(doing, total=1.0), time.monotonic()
+
+    def show(share: float) -> None:
+        if not bar.live.is_started and time.monotonic() - start > 2:
+            bar.start()
+        bar.update(task, completed=share)
+
+    try:
+        yield show
+    finally:
+        if bar.live.is_started:
+            bar.stop()

@@ -1,0 +1,146 @@
+"""IPOPT on a problem whose functions and gradients are NumPy's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+OPTIONS = {
+    "print_level": 0,
+    "sb": "yes",
+    "hessian_approximation": "limited-memory",
+    "limited_memory_max_history": 12,
+    "limited_memory_aug_solver": "extended",  # a tenth of the back-substitutions that Sherman and Morrison need
+    "mu_strategy": "adaptive",
+    "jacobian_approximation": "exact",
+    "tol": 1e-4,
+    "constr_viol_tol": 1e-6,
+    "acceptable_iter": 8,
+    "acceptable_tol": 1e-2,
+    "acceptable_constr_viol_tol": 1e-6,
+    "acceptable_obj_change_tol": 1e-4,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Constraints lower <= g(y) <= upper, (C,) each, in units of the limit: ``value`` gives g(y), ``jacobian`` its
+    non-zeros in the order of ``pattern`` (E, 2), row and free number."""
+
+    lower: Array
+    upper: Array
+    pattern: NDArray[np.intp]
+    value: Callable[[Array], Array]
+    jacobian: Callable[[Array], Array]
+
+    def slack(self, y: Array) -> Array:
+        """How far (C,) each row is from its nearer limit, negative beyond it."""
+        value = self.value(y)
+        return np.minimum(value - self.lower, self.upper - value)
+
+    def excess(self, y: Array) -> float:
+        """By how much the worst row is exceeded; zero where all hold."""
+        return max(0.0, -float(self.slack(y).min()))
+
+    def only(self, chosen: NDArray[np.bool_]) -> Rows:
+        """Some of the rows (C,)."""
+        kept = chosen[self.pattern[:, 0]]
+        place = np.cumsum(chosen) - 1
+        pattern = np.column_stack([place[self.pattern[kept, 0]], self.pattern[kept, 1]])
+        return Rows(
+            self.lower[chosen], self.upper[chosen], pattern,
+            lambda y: self.value(y)[chosen], lambda y: self.jacobian(y)[kept],
+        )  # fmt: skip
+
+
+def join(one: Rows, other: Rows) -> Rows:
+    """Two sets of constraints as one."""
+    shifted = other.pattern + np.array([len(one.lower), 0])
+    return Rows(
+        np.concatenate([one.lower, other.lower]),
+        np.concatenate([one.upper, other.upper]),
+        np.concatenate([one.pattern, shifted]),
+        lambda y: np.concatenate([one.value(y), other.value(y)]),
+        lambda y: np.concatenate([one.jacobian(y), other.jacobian(y)]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Ended:
+    """Where IPOPT ended: ``y``, and its own words."""
+
+    y: Array
+    status: str
+
+
+def minimise(function: Callable[[Array], tuple[float, Array]], rows: Rows, y: Array, iterations: int) -> Ended:
+    """Minimise a function, which returns its value and gradient (m,), within rows, from ``y`` (m,) on."""
+    size = y.size
+    last: list[Any] = [None, 0.0, np.zeros(size)]
+
+    def both(at: Array) -> tuple[float, Array]:
+        if last[0] is None or not np.array_equal(last[0], at):
+            value, slope = function(at)
+            last[:] = [at.copy(), value, slope]
+        return last[1], last[2]
+
+    count = len(rows.lower)
+    order = np.lexsort((rows.pattern[:, 0], rows.pattern[:, 1]))  # CasADi keeps non-zeros by column
+    sparsity = ca.Sparsity.triplet(count, size, rows.pattern[order, 0].tolist(), rows.pattern[order, 1].tolist())
+    dense, vector = ca.Sparsity.dense(size, 1), ca.Sparsity.dense(count, 1)
+    scalar, empty = ca.Sparsity.dense(1, 1), ca.Sparsity(0, 0)
+    nlp = _Call(
+        "nlp", [("x", dense), ("p", empty)], [("f", scalar), ("g", vector)], lambda x: [both(x)[0], rows.value(x)]
+    )
+    grad = _Call(
+        "nlp_grad_f", [("x", dense), ("p", empty)], [("f", scalar), ("grad_f_x", dense)], lambda x: list(both(x))
+    )
+    jac = _Call(
+        "nlp_jac_g", [("x", dense), ("p", empty)], [("g", vector), ("jac_g_x", sparsity)],
+        lambda x: [rows.value(x), ca.DM(sparsity, rows.jacobian(x)[order])],
+    )  # fmt: skip
+    options = {
+        "ipopt": OPTIONS | {"max_iter": iterations},
+        "print_time": False,
+        "error_on_fail": False,
+        "no_nlp_grad": True,
+    }
+    solver = ca.nlpsol("solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac})
+    found = solver(x0=y, lbg=rows.lower, ubg=rows.upper)
+    return Ended(np.asarray(found["x"]).ravel(), str(solver.stats()["return_status"]))
+
+
+class _Call(ca.Callback):
+    """A Python function of x as a CasADi function with an empty parameter p."""
+
+    def __init__(self, name: str, inputs: list, outputs: list, function: Callable[[Array], list]) -> None:
+        ca.Callback.__init__(self)
+        self.inputs, self.outputs, self.function = inputs, outputs, function
+        self.construct(name, {})
+
+    def get_n_in(self) -> int:
+        return len(self.inputs)
+
+    def get_n_out(self) -> int:
+        return len(self.outputs)
+
+    def get_name_in(self, i: int) -> str:
+        return self.inputs[i][0]
+
+    def get_name_out(self, i: int) -> str:
+        return self.outputs[i][0]
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return self.inputs[i][1]
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return self.outputs[i][1]
+
+    def eval(self, arg: Any) -> list:
+        return self.function(np.asarray(arg[0]).ravel())

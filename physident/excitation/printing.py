@@ -1,0 +1,38 @@
+"""A design in words: what it reaches, how near its limits are, and a verdict."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from physident.excitation.design import Design
+
+BANDS = ((20.0, "good"), (100.0, "usable"))
+
+
+def design_text(design: Design) -> str:
+    """The text of ``Design.__repr__``."""
+    t = design.trajectory
+    periods = t.duration * t.base_frequency
+    rows = [
+        f"Design: {t.n} joints, {t.harmonics} harmonics of {t.base_frequency:g} Hz, {periods:g} period{'s' if periods > 1 else ''} of {1 / t.base_frequency:.4g} s",
+        f"  condition number {design.condition:.2f} ({design.columns} columns, {design.weighting}); criterion {design.criterion}",
+        f"  found in {design.seconds:.1f} s ({design.processor_seconds:.1f} s of processor time), seed {design.seed},"
+        f" {len(design.starts)} starts ended within the limits",
+        "  limit            nearest on            reached     allowed      margin",
+    ]
+    for limit in dict.fromkeys(one.limit for one in design.margins):
+        own = [one for one in design.margins if one.limit == limit]
+        worst = min(own, key=lambda one: one.margin / max(abs(one.allowed), 1e-9))
+        decided = [one.where.removeprefix("joint ") for one in own if one.active]
+        note = f"  active: {', '.join(decided)}" if decided else ""
+        rows.append(
+            f"  {limit:<16} {worst.where:<18} {worst.reached:10.4g} {worst.allowed:11.4g} {worst.margin:11.3g} {worst.unit:<8}{note}"
+        )
+    if design.excluded:
+        far = [text for text in design.excluded if not text.endswith("joined")]
+        rows.append(f"  links not kept apart: neighbours{'; ' if far else ''}{'; '.join(far)}")
+    rows.append(f"  {design.manipulability!r}")
+    band = next((name for limit, name in BANDS if design.condition <= limit), "poor")
+    rows.append(f"verdict: {band}; every limit holds, starts and ends at rest")
+    return "\n".join(rows)
