@@ -31,7 +31,7 @@ def view(
         Path | None, typer.Option("--diagnosis", help="A diagnosis (JSON): its models, findings, contacts.")
     ] = None,
     plan: Annotated[
-        Path | None, typer.Option("--plan", help="A designed motion (JSON), before it is recorded.")
+        Path | None, typer.Option("--plan", help="A motion or a design (JSON), before it is recorded.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Write the session to this file (.rrd).")] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
@@ -43,9 +43,9 @@ def view(
 ) -> None:
     """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
     from physident.estimation.estimate import load_estimate
-    from physident.excitation.trajectory import load_trajectory
     from physident.report.contents import read_contents
     from physident.robot import load_robot
+    from physident.view.plan import plan_of
     from physident.view.session import check_session, show, write_session
     from physident.view.session_content import compose
 
@@ -65,7 +65,7 @@ def view(
     arm = load_robot(robot) if robot is not None else None
     content = replace(
         compose(models, loaded, said, arm, cutoff),
-        motion=load_trajectory(plan) if plan is not None else None,
+        plan=plan_of(plan) if plan is not None else None,
         meshes=meshes,
     )
     if out is not None:

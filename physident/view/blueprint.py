@@ -27,9 +27,9 @@ class Look:
     title: str
 
     @staticmethod
-    def at(tool: Array, title: str) -> Look:
-        """A look that holds the base and the path (N, 3) [m] of a tool."""
-        points = np.vstack([tool, np.zeros(3)])
+    def at(been: Array, title: str) -> Look:
+        """A look that holds the base and where an arm has been (P, 3) [m]."""
+        points = np.vstack([been, np.zeros(3)])
         centre = (points.max(axis=0) + points.min(axis=0)) / 2
         return Look(centre, max(float(np.ptp(points, axis=0).max()), 0.1), title)
 
@@ -37,7 +37,7 @@ class Look:
 @dataclass(frozen=True, eq=False)
 class Contained:
     """What a session holds, so that no view opens empty: joint names, whether they are prismatic, the ``first`` model and the
-    one whose effects are shown; how many ``models`` and ``effects``; joints (from 1) that are ``found`` to lack something; the ``end`` [s] of the recordings and of the design; whether there are models, a diagnosis, contacts, a design with progress; how to look at the ``arm`` and
+    one whose effects are shown; how many ``models`` and ``effects``; joints (from 1) that are ``found`` to lack something; the ``end`` [s] of the recordings and of the design; whether there are models, a diagnosis, a plan, and of it a design and its progress; how to look at the ``arm`` and
     at the ``planned`` motion."""
 
     joints: tuple[str, ...]
@@ -51,6 +51,7 @@ class Contained:
     design_end: float
     recorded: bool
     diagnosed: bool
+    planning: bool
     designed: bool
     progress: bool
     arm: Look
@@ -93,7 +94,7 @@ def _tabs(c: Contained) -> list[Any]:
         tabs.append(_with_legend(_curves(c, "motion"), "/legend/motion", 2, "motion"))
     if c.diagnosed:
         tabs.append(_diagnosis(c))
-    if c.designed:
+    if c.planning:
         tabs.append(_design(c))
     return tabs
 
@@ -187,6 +188,7 @@ def _design(c: Contained) -> Any:
     ]
     side = [_chart("/design/progress", "condition number, iteration by iteration")] if c.progress else []
     robot = [_arm(c.planned, "/design/robot")] if c.recorded else []
+    side += [rrb.TextDocumentView(origin="/design/limits", name="limits, the nearest first")] if c.designed else []
     stacked = _with_legend(rrb.Vertical(*curves), "/legend/joints", len(c.joints), "design", session_design.LEGEND_ROW)
     return rrb.Horizontal(rrb.Vertical(*robot, *side), stacked, name="design") if robot or side else stacked
 

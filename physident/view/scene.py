@@ -45,7 +45,10 @@ def tool_path(robot: Robot, rotations: Array, positions: Array) -> Array:
 def log_arm(
     rec: rr.RecordingStream, root: str, robot: Robot, clock: Array, q: Array, meshes: str | Path | None
 ) -> Array:
-    """Log the arm moving through positions (N, n) at instants (N,) [s] and its tool's path; returns that path (N, 3)."""
+    """Log the arm moving through positions (N, n) at instants (N,) [s] and its tool's path.
+
+    Returns where its joints and its tool have been (P, 3) [m], in the base frame.
+    """
     import rerun as rr
     from scipy.spatial.transform import Rotation
 
@@ -69,7 +72,7 @@ def log_arm(
     rec.log(f"{root}/tool_path", line, static=True)
     rec.send_columns(f"{root}/tool", [duration(clock)], rr.Points3D.columns(positions=path))
     rec.log(f"{root}/tool", rr.Points3D.from_fields(colors=[rgb(style.RESIDUAL)], radii=[0.015]), static=True)
-    return path
+    return np.concatenate([path, positions.reshape(-1, 3)])
 
 
 def colour_links(

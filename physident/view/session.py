@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from physident.diagnosis.findings import Diagnosis
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.excitation.design import Design
 from physident.excitation.motion import Motion
 from physident.files import write_with
 from physident.recording import Recording
 from physident.report.contents import contents_of, read_contents
 from physident.robot import Robot
 from physident.view.blueprint import Contained, Look, make_blueprint
+from physident.view.plan import plan_of
 from physident.view.scene import colour_links, log_arm
 from physident.view.session_bands import contact_intervals, log_bands
 from physident.view.session_content import Content, compose, identity
@@ -43,14 +45,14 @@ def view(
     diagnosis: Diagnosis | str | Path | None = None,
     to: str | Path | None = None,
     *,
-    motion: Motion | None = None,
+    plan: Motion | Design | str | Path | None = None,
     progress: Sequence[float] = (),
     robot: Robot | None = None,
     cutoff: float | None = None,
     meshes: str | Path | None = None,
     web: bool = False,
 ) -> None:
-    """Show recordings, models, a diagnosis (or its file) and a planned motion; ``to`` a file (.rrd), or in the viewer.
+    """Show recordings, models, a diagnosis and a plan (or their files); ``to`` a file (.rrd), or in the viewer.
 
     Everything passes the filter of the first model, or one of ``cutoff`` [Hz]. ``progress`` is the condition number after
     each iteration of a design; ``meshes`` the folder that the robot's meshes lie in; ``robot`` is needed where there is no
@@ -63,7 +65,7 @@ def view(
         said = None if diagnosis is None else contents_of(diagnosis)
     c = compose(_named(models), recordings, said, robot, cutoff)
     meshes = None if meshes is None else Path(meshes)
-    c = replace(c, motion=motion, progress=tuple(float(p) for p in progress), meshes=meshes)
+    c = replace(c, plan=None if plan is None else plan_of(plan, tuple(float(p) for p in progress)), meshes=meshes)
     if to is not None:
         write_session(c, to)
     if to is None or web:
@@ -87,8 +89,12 @@ def show(c: Content, path: str | Path | None, web: bool) -> None:
 def write_session(c: Content, path: str | Path) -> None:
     """Write a session as a rerun recording (.rrd), whole or not at all."""
     check_session(path)
-    if not c.recordings and c.motion is None:
+    if not c.recordings and c.plan is None:
         raise InputError("nothing to show: expected a recording or a designed motion")
+    if c.plan is not None and c.plan.motion.n != c.robot.n:
+        raise InputError(
+            f"the plan moves {c.plan.motion.n} joints, robot {c.robot.name} has {c.robot.n}; expected one arm"
+        )
     data = gather(c.recordings, c.models, c.robot, c.filter) if c.recordings else None
     write_with(path, lambda temporary: _record(c, data, temporary))
 
@@ -106,9 +112,9 @@ def _record(c: Content, data: SessionData | None, path: Path) -> None:
     rec = rr.RecordingStream("physident", recording_id=name.hexdigest()[:32], send_properties=False)
     rec.save(path)
     rec.send_recording_name(f"{c.robot.name}: {', '.join(Path(r.source).name for r in c.recordings) or 'design'}")
-    tool, planned, scale = np.zeros((1, 3)), np.zeros((1, 3)), c.robot.name
+    been, planned, scale = np.zeros((1, 3)), np.zeros((1, 3)), c.robot.name
     if data is not None:
-        tool = log_arm(rec, "robot", c.robot, data.clock, data.motion, c.meshes)
+        been = log_arm(rec, "robot", c.robot, data.clock, data.motion, c.meshes)
         scale = _colour(rec, c, data)
         log_joints(rec, data, c.robot)
         log_bands(rec, data, contact_intervals(data, c.diagnosis.extended if c.diagnosis else None))
@@ -117,9 +123,9 @@ def _record(c: Content, data: SessionData | None, path: Path) -> None:
         )
     if c.diagnosis is not None:
         rec.log("diagnosis", rr.TextDocument(findings(c.diagnosis), media_type="text/markdown"), static=True)
-    if c.motion is not None:
-        planned = log_design(rec, c.motion, np.array(c.progress, dtype=float), c.robot, c.meshes)
-    look = (Look.at(tool, scale), Look.at(planned, f"{c.robot.name}, planned motion"))
+    if c.plan is not None:
+        planned = log_design(rec, c.plan, c.robot, c.meshes)
+    look = (Look.at(been, scale), Look.at(planned, f"{c.robot.name}, planned motion"))
     rec.send_blueprint(make_blueprint(_contained(c, data, *look)))
     rec.flush()
     rec.disconnect()
@@ -148,11 +154,12 @@ def _contained(c: Content, data: SessionData | None, arm: Look, planned: Look) -
         effects=len(last.effects) if last is not None else 0,
         found=tuple(dict.fromkeys(j for f in (c.diagnosis.findings if c.diagnosis else ()) for j in f.joints)),
         end=0.0 if data is None else data.starts[-1] + data.durations[-1],
-        design_end=0.0 if c.motion is None else c.motion.duration,
+        design_end=0.0 if c.plan is None else c.plan.motion.duration,
         recorded=data is not None,
         diagnosed=c.diagnosis is not None,
-        designed=c.motion is not None,
-        progress=bool(c.progress),
+        planning=c.plan is not None,
+        progress=c.plan is not None and bool(c.plan.progress),
+        designed=c.plan is not None and bool(c.plan.design),
         arm=arm,
         planned=planned,
     )

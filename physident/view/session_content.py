@@ -9,13 +9,13 @@ from pathlib import Path
 
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.excitation.motion import Motion
 from physident.model import Model
 from physident.recording import Recording
 from physident.report.contents import Contents
 from physident.robot import Robot
 from physident.signals import Filter
 from physident.validation import with_gains
+from physident.view.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,7 @@ class Content:
     recordings: tuple[Recording, ...] = ()
     models: Mapping[str, Model] = field(default_factory=dict)
     diagnosis: Contents | None = None
-    motion: Motion | None = None
-    progress: tuple[float, ...] = ()
+    plan: Plan | None = None
     filter: Filter = field(default_factory=Filter)
     meshes: Path | None = None
 

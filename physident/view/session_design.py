@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.excitation.motion import Motion
 from physident.robot import Robot
 from physident.view import session_chart as chart
 from physident.view import style
+from physident.view.plan import Plan, plan_words
 from physident.view.scene import log_arm
 from physident.view.session_log import curve
 
@@ -23,21 +23,21 @@ RATE = 50.0  # Hz
 LEGEND_ROW = 3
 
 
-def log_design(
-    rec: rr.RecordingStream, motion: Motion, progress: Array, robot: Robot, meshes: str | Path | None
-) -> Array:
-    """Log a planned motion under ``design``; ``progress`` (I,) the condition number after each iteration, may be empty.
+def log_design(rec: rr.RecordingStream, plan: Plan, robot: Robot, meshes: str | Path | None) -> Array:
+    """Log a planned motion and what is known of its design under ``design``; returns where the arm has been (P, 3) [m]."""
+    import rerun as rr
 
-    Returns the tool's path (N, 3) [m].
-    """
-    time, q, v, a = motion.sample(RATE)
+    time, q, v, a = plan.motion.sample(RATE)
     colours = [*style.JOINTS[:-1], style.SESSION_MEASURED]  # grey for black
     names = {f"{j} {name}": colours[(j - 1) % len(colours)] for j, name in enumerate(robot.joint_names, 1)}
     chart.log_legend(rec, "legend/joints", names, LEGEND_ROW)
     for name, values in (("position", q), ("velocity", v), ("acceleration", a)):
         for j, (joint, colour) in enumerate(names.items()):
             curve(rec, f"design/{name}/{j + 1}", time, values[:, j], joint, colour)
-    if len(progress):
+    if plan.design:
+        rec.log("design/limits", rr.TextDocument(plan_words(plan.design), media_type="text/markdown"), static=True)
+    if plan.progress:
+        progress = np.array(plan.progress)
         iteration = np.arange(len(progress), dtype=float)
         axes = chart.Axes.about(iteration, progress, logarithmic=True)
         chart.log_axes(rec, "design/progress", axes, "iteration", "condition number")

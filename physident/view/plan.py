@@ -1,0 +1,81 @@
+"""A plan to show: a motion, and where it was designed, what the design says of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from physident.errors import InputError
+from physident.excitation.design import Design
+from physident.excitation.motion import SCHEMA, Motion
+from physident.excitation.trajectory import MAX_FILE, Trajectory, load_trajectory
+from physident.files import read_text
+
+DESIGN = "physident.design/1"
+EXPECTED = f"a motion ({SCHEMA}) or a design ({DESIGN})"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion, the condition number after each iteration of its ``design`` where that was kept, and the design as JSON
+    holds it, empty where there was none."""
+
+    motion: Motion
+    progress: tuple[float, ...] = ()
+    design: dict[str, Any] = field(default_factory=dict)
+
+
+def plan_of(source: Plan | Motion | Design | str | Path, progress: tuple[float, ...] = ()) -> Plan:
+    """The plan in a motion, a design or the file of either; raises InputError for a file that holds neither."""
+    if isinstance(source, Plan):
+        return source
+    if isinstance(source, Motion):
+        return Plan(source, progress)
+    if isinstance(source, Design):
+        return Plan(source.trajectory, progress, json.loads(json.dumps(source.as_dict())))
+    data = _read(source)
+    if data.get("schema") != DESIGN:
+        return Plan(load_trajectory(source), progress)
+    try:
+        motion = Trajectory(**{key: value for key, value in data["trajectory"].items() if key != "kind"})
+        told = tuple(float(value) for value in data.get("progress", ()))
+        plan_words(data)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{source}: not a complete design ({error}); design again") from None
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    if not all(math.isfinite(value) and value > 0 for value in told):
+        raise InputError(f"{source}: its progress holds what is no condition number; expected positive numbers")
+    return Plan(motion, progress or told, data)
+
+
+def plan_words(design: dict[str, Any]) -> str:
+    """Markdown: the condition number that a design reached, and its limits, the nearest first."""
+    lines = [
+        f"**Condition number {float(design['condition']):.4g}** of {int(design['columns'])} columns,"
+        f" {design['weighting']}; criterion {design['criterion']}.",
+        "",
+        "| limit | of | reached | allowed | unit |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    margins = sorted(design["margins"], key=lambda m: float(m["margin"]) / max(abs(float(m["allowed"])), 1e-3))
+    lines += [
+        f"| {m['limit']} | {m['where']} | {float(m['reached']):.4g} | {float(m['allowed']):.4g} | {m['unit']} |"
+        for m in margins
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _read(path: str | Path) -> dict[str, Any]:
+    text = read_text(path, MAX_FILE, EXPECTED)
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON ({error}); expected {EXPECTED}") from None
+    if not isinstance(data, dict) or data.get("schema") not in (SCHEMA, DESIGN):
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        raise InputError(f"{path}: schema is {found!r}, expected {EXPECTED}")
+    return data
