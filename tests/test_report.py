@@ -215,6 +215,20 @@ def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(folder:
     assert "Mind" not in calm.text
 
 
+def test_what_does_not_repeat_is_shown_and_nothing_below_it_is_called_structure(folder: Path) -> None:
+    def repeated(data: dict[str, Any]) -> None:
+        data.update(verdict="partly_explained")
+        for one in data["unexplained"]:
+            one.update(structured=True, memory=1.0, rms=0.5)
+        data["score"]["noise_floor"] = [0.6, 0.4, 0.6, 0.6, 0.6, 0.6]
+
+    page = page_of(folder, repeated)
+    assert "floor 0.400 N m" in page.all("div", "level")[1].text
+    assert "No motion was repeated here" not in page.text
+    rows = [row.text for row in page.all("section")[-3].all("tr") if row.text.startswith("joint")]
+    assert [row[:7] for row in rows] == ["joint 2"]  # the others lie below what did not repeat
+
+
 def test_a_joint_that_got_worse_is_named(folder: Path) -> None:
     def worse(data: dict[str, Any]) -> None:
         data["score"]["after"]["rms"][4] = 1.3 * data["score"]["before"]["rms"][4]

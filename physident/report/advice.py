@@ -69,7 +69,7 @@ def _vague(c: Contents) -> list[str]:
 
 
 def _remainder(c: Contents) -> list[str]:
-    left = [r for r in c.remainder if r.structured]
+    left = c.structured
     if not left:
         return []
     items = []

@@ -21,7 +21,7 @@ from physident.report.typed import typed
 from physident.signals import Filter
 
 MAX_BYTES = 200_000_000  # of a diagnosis file
-EXPECTED = "a file that physident diagnose --json wrote"
+EXPECTED = "a diagnosis of motions that physident diagnose --json wrote"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,14 @@ class Contents:
     held: tuple[str, ...]
     model: Model
     extended: Model | None
+
+    @property
+    def structured(self) -> tuple[Remainder, ...]:
+        """The joints on which something remains that is no noise, by the verdict."""
+        if self.verdict in ("explained", "nothing_missing"):
+            return ()
+        floor = self.noise_floor or (0.0,) * self.model.robot.n
+        return tuple(r for r in self.remainder if r.structured and r.rms > floor[r.joint - 1])
 
     def shown(self, path: str) -> str:
         """A recording's name without its folders, where that tells it from the others."""
@@ -120,6 +128,8 @@ def _check(c: Contents) -> None:
             raise InputError(f"{name} has {len(level.rms)} joints, expected the robot's {n}")
         if min(*level.rms, *level.relative) < 0:
             raise InputError(f"{name} has a negative error; expected sizes")
+    if c.noise_floor is not None and len(c.noise_floor) != n:
+        raise InputError(f"score.noise_floor has {len(c.noise_floor)} joints, expected the robot's {n}")
     if c.extended is not None and c.extended.robot.n != n:
         raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
     for effect in [*(f.effect for f in c.findings), *(r.effect for f in c.findings for r in f.rivals)]:

@@ -8,10 +8,12 @@ from physident.report.answer import judged_on
 from physident.report.chart import legend
 from physident.report.contents import Contents
 from physident.report.markup import Markup, tag
-from physident.report.numbers import SPACE, arrow, change, percent
+from physident.report.numbers import SPACE, arrow, change, percent, quantity
 from physident.view import style
 from physident.view.plots_residual import torque_units
 from physident.view.words import came
+
+FLOOR = " Where a motion was repeated, the floor is what did not repeat: no model of the motion gets below it."
 
 
 def levels(c: Contents) -> Markup:
@@ -27,6 +29,7 @@ def levels(c: Contents) -> Markup:
             "p",
             f"On {judged_on(c)}. Bars: error relative to the measured torque, 100 |measured − predicted| / |measured|,"
             f" after a low-pass at {c.filter.cutoff:g}{SPACE}Hz on both sides.",
+            FLOOR if c.noise_floor is not None else "",
         ),
         legend(names),
         tag("div", *(_row(c, j, largest) for j in range(c.model.robot.n)), class_="levels"),
@@ -48,6 +51,10 @@ def _row(c: Contents, j: int, largest: float) -> Markup:
         tag("div", tag("strong", f"Joint {j + 1}"), f" {c.model.robot.joint_names[j]}", class_="name"),
         tag("div", *bars, class_="bars"),
         tag("div", relative, class_="cell"),
-        tag("div", rms, " RMS", *([f" ({moved})"] if c.findings else []), class_="cell"),
+        tag("div", rms, " RMS", *([f" ({moved})"] if c.findings else []), *_floor(c, j, unit), class_="cell"),
         class_="level",
     )
+
+
+def _floor(c: Contents, j: int, unit: str) -> list[str]:
+    return [] if c.noise_floor is None else [f", floor {quantity(c.noise_floor[j], unit)}"]

@@ -68,7 +68,7 @@ def _held(c: Contents) -> list[Markup]:
 
 
 def _remainder(c: Contents) -> list[Markup]:
-    left = [r for r in c.remainder if r.structured]
+    left = c.structured
     if not left:
         return [tag("p", "What remains of the torque has no more memory than noise through the same filter.")]
     units = torque_units(c.model.robot)
