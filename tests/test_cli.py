@@ -68,15 +68,17 @@ def test_help_and_base_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("36 base parameters of 60")
 
 
-def test_demo_finds_what_it_hid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from physident.demo import COULOMB, run_demo
+def test_the_demo_names_what_it_hid_and_reveals_it(tmp_path: Path) -> None:
+    from physident.demo import run_demo
 
-    demo = run_demo(tmp_path)
-    model, errors = demo.estimate.model, demo.estimate.standard_errors
-    rows = [i for i, c in enumerate(model.columns) if c.effect == "coulomb_friction"]
-    assert (np.abs(model.theta[rows] - COULOMB) < 5 * errors[rows]).all()
+    demo = run_demo(tmp_path, seed=3)
+    assert demo.named
+    (finding,), (hidden,) = demo.diagnosis.findings, demo.truth.values
+    low, high = finding.parameters[0].interval95
+    assert low <= finding.parameters[0].value <= high
+    assert finding.parameters[0].change == pytest.approx(hidden[1], rel=0.1)
     assert all(path.is_file() for path in demo.files)
-    assert "hidden in the data, and found" in repr(demo)
+    assert "the truth, named above: torque_offset on joint 1" in repr(demo)
 
 
 @pytest.mark.parametrize("code", ["import physident", "import physident.cli"])

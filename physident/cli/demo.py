@@ -7,17 +7,17 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import app
+from physident.cli.app import app, busy
 
 
 @app.command(short_help="The whole way on generated recordings.")
 def demo(
-    folder: Annotated[Path, typer.Option("--folder", help="Where to write recordings, model and figure.")] = Path(
-        "demo"
-    ),
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the motions and the noise.")] = 0,
+    folder: Annotated[Path, typer.Option("--folder", help="Where to write recordings and results.")] = Path("demo"),
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Draws what is hidden, motions and noise.")] = 0,
 ) -> None:
-    """Identify a generated UR5 on one recording and judge the model on another."""
+    """Diagnose a generated UR5 in which one effect was hidden, then reveal the truth."""
     from physident.demo import run_demo
 
-    typer.echo(repr(run_demo(folder, seed)))
+    with busy("recording a generated arm before and after a change, and diagnosing it"):
+        demo = run_demo(folder, seed)
+    typer.echo(repr(demo))

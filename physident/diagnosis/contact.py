@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option
 from physident.diagnosis.case import State
+from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import evidence_of
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.shape import Judge
@@ -108,13 +109,23 @@ def by_others(state: State, effect: Contact, weights: Array) -> Array:
 
 
 def _residual(state: State, responses: Array) -> Array:
-    """What the baseline leaves of responses (M, n, S) when it is fitted to all rows."""
-    weights, joints = state.fit.weights, state.baseline.joints
-    slope = np.sum(
-        [w * w * (B.T @ responses[:, j]) for j, (w, B) in enumerate(zip(weights, joints, strict=True))], axis=0
-    )
-    x = inverted(state.fit.normal) @ slope
-    return responses - np.stack([B @ x for B in joints], axis=1)
+    """What the baseline leaves of responses (M, n, S) in each fold when it is fitted to the others; in gaps, to all.
+
+    A contact lies inside a fold: a baseline that was fitted to its rows would have taken a part of it.
+    """
+    weights, joints, fold = state.fit.weights, state.baseline.joints, state.evidence.fold
+    residual, sums = np.empty_like(responses), {}
+    for f in np.unique(fold):
+        rows = fold == f
+        parts = [w * B[rows] for w, B in zip(weights, joints, strict=True)]
+        slopes = [B.T @ (w * responses[rows, j]) for j, (w, B) in enumerate(zip(weights, parts, strict=True))]
+        sums[f] = rows, np.sum([B.T @ B for B in parts], axis=0), np.sum(slopes, axis=0)
+    total = np.sum([slope for _, _, slope in sums.values()], axis=0)
+    for f, (rows, inner, slope) in sums.items():
+        left_out = (0.0, 0.0) if f == OUTSIDE else (inner, slope)
+        x = inverted(state.fit.normal - left_out[0]) @ (total - left_out[1])
+        residual[rows] = responses[rows] - np.stack([B[rows] @ x for B in joints], axis=1)
+    return residual
 
 
 def _windows(J: Array, residual: Array, label: NDArray[np.intp]) -> Array:

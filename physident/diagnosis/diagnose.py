@@ -12,6 +12,7 @@ from physident.diagnosis.case import Case, State
 from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
 from physident.diagnosis.intervals import certainty
 from physident.diagnosis.left_out import left_out_residual
+from physident.diagnosis.noise_floor import AT_FLOOR, noise_floor
 from physident.diagnosis.question import ask
 from physident.diagnosis.refit import as_estimate, refit
 from physident.diagnosis.remainder import Remainder, describe
@@ -63,11 +64,11 @@ def diagnose(
     sure = certainty(state)
     named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure)
     extended = replace(refit(state, sure, gained), columns=layout, drive_gains=gains) if named else None
-    remainder = describe(state)
+    remainder, floor = describe(state), noise_floor(case.regressor, case.signals)
     before, after = _levels(case, found.first.state, state, model, extended, holdout)
     return Diagnosis(
-        question, _verdict(bool(named), remainder), named, before, after,
-        "holdout" if holdout else "left-out rows", None, _placebos(found.last), _unseen(found.first), remainder,
+        question, _verdict(bool(named), remainder, floor), named, before, after,
+        "holdout" if holdout else "left-out rows", floor, _placebos(found.last), _unseen(found.first), remainder,
         (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
         layout, gains, case.freedom.held,
     )  # fmt: skip
@@ -95,8 +96,9 @@ def _refuse_seen(model: Estimate | Model, recordings: Sequence[Recording], holdo
             )
 
 
-def _verdict(named: bool, remainder: Sequence[Remainder]) -> Verdict:
-    structured = any(one.structured for one in remainder)
+def _verdict(named: bool, remainder: Sequence[Remainder], floor: Array | None) -> Verdict:
+    least = np.zeros(len(remainder)) if floor is None else AT_FLOOR * floor
+    structured = any(one.structured and one.rms > level for one, level in zip(remainder, least, strict=True))
     if named:
         return "partly_explained" if structured else "explained"
     return "unexplained" if structured else "nothing_missing"

@@ -62,6 +62,8 @@ def _levels(d: Diagnosis) -> list[str]:
     width = len(rows[0]) - 9 * count
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
+    if d.noise_floor is not None:
+        rows.append("  does not repeat [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows

@@ -22,7 +22,7 @@ from physident.visibility import VISIBLE
 Array = NDArray[np.float64]
 SURROGATES = 199  # the 98th percentile is then the fourth largest
 LEVEL = 0.98  # one clean arm in fifty is accused of something
-LEAST_REDUCTION = 2.0  # % of RMS: below, a finding may be true and is of no use
+LEAST_REDUCTION = 2.0  # % of one joint's RMS: below, a finding may be true and is of no use
 DOUBT = 2.0  # standard errors of a paired difference that two causes must differ by to be told apart
 CLOSEST = 8  # candidates that are compared block by block: a class of more is no answer
 LOOPS = 3  # of forward search and removal: each loop that changes something has raised the left-out gain
@@ -136,7 +136,7 @@ def _forward(
 def touched(now: Look, rival: float | None) -> bool:
     """Whether the best contact passes every gate, and says more than the best other candidate."""
     found = now.contact
-    useful = reduction(found.before[:, 0], found.before[:, 0] - found.gain[:, 0], ()) >= LEAST_REDUCTION
+    useful = reduction(found.before[:, 0], found.before[:, 0] - found.gain[:, 0]) >= LEAST_REDUCTION
     return bool(useful and found.evidence[0] > max(now.threshold, rival or 0.0))
 
 
@@ -197,14 +197,14 @@ def costs(state: State, candidate: Candidate | None, weights: Array | None = Non
     return block_costs(residual, state.fit.weights if weights is None else weights, labels)
 
 
-def reduction(before: Array, after: Array, joints: Sequence[int]) -> float:
-    """By how much [%] the RMS over some joints (from 1; all where empty) falls, from squared weighted residuals (..., n)."""
-    own = [j - 1 for j in joints] or slice(None)
-    return 100 * (1 - float(np.sqrt(after[..., own].sum() / max(before[..., own].sum(), 1e-300))))
+def reduction(before: Array, after: Array) -> float:
+    """By how much [%] the RMS of the joint that feels it most falls, from squared residuals (n,) before and after."""
+    left = np.maximum(after, 0.0) / np.maximum(before, 1e-300)
+    return float(100 * (1 - np.sqrt(left.min())))
 
 
 def _useful(state: State, candidate: Candidate) -> bool:
-    return reduction(costs(state, None), costs(state, candidate), candidate.joints) >= LEAST_REDUCTION
+    return reduction(costs(state, None).sum(axis=0), costs(state, candidate).sum(axis=0)) >= LEAST_REDUCTION
 
 
 def possible_sign(state: State, candidate: Candidate) -> str | None:

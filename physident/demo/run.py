@@ -1,0 +1,89 @@
+"""The demo: an arm that was identified, has changed since, is diagnosed - and what was changed is then revealed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from physident.demo.arms import Truth, healthy_arm, hide
+from physident.diagnosis.diagnose import diagnose
+from physident.diagnosis.findings import Diagnosis
+from physident.estimation.identify import identify
+from physident.excitation.trajectory import random_trajectory
+from physident.formats.csv import write_csv
+from physident.model import Model
+from physident.recording import Recording, load_recordings
+from physident.robot import load_robot
+from physident.simulation import Sensors, Simulation
+
+SENSORS = Sensors(
+    encoder_step=2 * np.pi / 2**17, velocity_noise=2e-3, torque_noise=(1.5, 2.0, 1.2, 0.3, 0.3, 0.25)
+)  # a UR5's encoders, and currents as noisy as its own
+DURATION = 20.0  # s
+BEFORE = ("before_1.csv", "before_2.csv")
+NOW = ("now_1.csv", "now_2.csv")
+UNSEEN = "now_unseen.csv"
+
+
+@dataclass(frozen=True, eq=False)
+class Demo:
+    """What the demo made: a diagnosis, the truth it did not know, and the files to open."""
+
+    diagnosis: Diagnosis
+    truth: Truth
+    folder: Path
+    files: tuple[Path, ...]
+
+    @property
+    def named(self) -> bool:
+        """Whether the hidden effect is among the findings, on its joints."""
+        return any((f.effect, f.joints) == (self.truth.effect, self.truth.joints) for f in self.diagnosis.findings)
+
+    def __repr__(self) -> str:
+        folder = self.folder
+        runs = " ".join(str(folder / name) for name in NOW)
+        command = f"physident diagnose --model {folder / 'model.json'} {runs} --holdout {folder / UNSEEN}"
+        verdict = "named" if self.named else "NOT named"
+        return "\n".join(
+            [
+                f"A generated UR5 was identified on {' and '.join(BEFORE)}. Something in it has changed since.",
+                f"$ {command}",
+                "",
+                repr(self.diagnosis),
+                "",
+                f"the truth, {verdict} above: {self.truth!r}",
+                "",
+                "open: " + ", ".join(map(str, self.files)),
+            ]
+        )
+
+
+def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
+    """Generate recordings of a UR5 before and after a change that the ``seed`` draws, identify, diagnose, reveal.
+
+    Writes recordings, models and diagnosis into ``folder``.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    robot = load_robot("ur5")
+    arm = healthy_arm(robot)
+    truth = hide(arm, seed)
+    before = [_recorded(arm, folder / name, 10 * seed + k) for k, name in enumerate(BEFORE)]
+    estimate = identify(robot, before)
+    estimate.save(folder / "model.json")
+    *now, unseen = (_recorded(truth.arm, folder / name, 10 * seed + 5 + k) for k, name in enumerate((*NOW, UNSEEN)))
+    diagnosis = diagnose(estimate, now, [unseen], seed=seed)
+    diagnosis.save(folder / "diagnosis.json")
+    if diagnosis.estimate is not None:
+        diagnosis.estimate.save(folder / "extended.json")
+    return Demo(diagnosis, truth, folder, (folder / "diagnosis.json",))
+
+
+def _recorded(arm: Model, path: Path, seed: int) -> Recording:
+    """A recording of 20 s along a random Fourier motion, written as an arm would."""
+    motion = random_trajectory(arm.robot, seed=seed, harmonics=5, base_frequency=0.1, duration=DURATION)
+    write_csv(path, Simulation(arm, motion, None, SENSORS, seed=seed).table())
+    (recording,) = load_recordings([path])
+    return recording
