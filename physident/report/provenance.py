@@ -21,7 +21,7 @@ PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # as people
 
 def provenance(c: Contents, read: Sequence[Reread], command: str) -> Markup:
     """Tables of the recordings and of everything else; the last section."""
-    rows = [[one.path, one.role, tag("code", one.sha256), one.said] for one in read]
+    rows = [[one.used.path, one.used.role, tag("code", one.used.sha256), one.said] for one in read]
     return tag(
         "section",
         tag("h2", "Where this comes from"),

@@ -1,50 +1,48 @@
-"""The recordings of a diagnosis, read again from their paths and accepted by their hashes; what both models predict."""
+"""The recordings of a diagnosis, read again from their paths and accepted by their hashes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from physident.diagnosis.findings import Used
 from physident.errors import InputError
 from physident.recording import Recording, load_recording
 from physident.report.contents import Contents
-from physident.view.pair import Pair, predict_pair
 
 
 @dataclass(frozen=True, eq=False)
 class Reread:
-    """A recording that was used, whether it could be read again, and what was predicted of it; ``said`` is why not."""
+    """A recording that was used; ``recording`` is None where it could not be had again, and ``said`` tells why."""
 
-    path: str
-    sha256: str
-    role: str
+    used: Used
     recording: Recording | None
-    pair: Pair | None
     said: str
 
 
 def reread(contents: Contents) -> tuple[Reread, ...]:
     """Every recording of a diagnosis: looked for at its path, then at that path from the diagnosis file's folder."""
-    return tuple(_reread(contents, used.path, used.sha256, used.role) for used in contents.recordings)
+    return tuple(_reread(contents, used) for used in contents.recordings)
 
 
-def _reread(c: Contents, path: str, sha256: str, role: str) -> Reread:
-    def without(said: str, recording: Recording | None = None) -> Reread:
-        return Reread(path, sha256, role, recording, None, said)
+def _reread(c: Contents, used: Used) -> Reread:
+    said = "not found"
+    for place in _places(c, used.path):
+        try:
+            recording = load_recording(place, c.columns)
+        except (InputError, OSError, ValueError) as error:
+            said = f"cannot be read again: {error}"
+            continue
+        if recording.sha256 == used.sha256:
+            return Reread(used, recording, "read again, hash as diagnosed")
+        said = "another recording lies there now: its hash differs"
+    return Reread(used, None, said)
 
+
+def _places(c: Contents, path: str) -> list[Path]:
+    """Where a file of that path lies: plain files only, each once."""
     places = [Path(path)] if c.path is None else [Path(path), c.path.parent / path]
     try:
-        found = [place for place in places if place.is_file()]
-        if not found:
-            return without("not found")
-        recordings = [load_recording(place, c.columns) for place in found]
-    except (InputError, OSError, ValueError) as error:
-        return without(f"cannot be read again: {error}")
-    same = [recording for recording in recordings if recording.sha256 == sha256]
-    if not same:
-        return without("another recording lies there now: its hash differs")
-    try:
-        pair = predict_pair(c.model, c.extended, same[:1], c.filter, c.drive_gains)
-    except InputError as error:
-        return without(f"torque cannot be predicted: {error}", same[0])
-    return Reread(path, sha256, role, same[0], pair, "read again, hash as diagnosed")
+        return list({place.resolve(): place for place in places if place.is_file()}.values())
+    except (OSError, ValueError):  # a path that no file can have
+        return []

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from physident.effects.contact import Contact
+from physident.errors import InputError
 from physident.report.chart import Line, legend, line_chart
 from physident.report.contents import Contents
 from physident.report.markup import Markup, tag
 from physident.report.numbers import arrow, change, percent
 from physident.report.reread import Reread
 from physident.view import style
-from physident.view.pair import Pair, rms
+from physident.view.pair import Pair, predict_pair, rms
 from physident.view.plots_residual import torque_units
 from physident.view.words import came
 
@@ -24,11 +25,11 @@ EXTENDED = "extended model"
 def torques(c: Contents, read: Sequence[Reread]) -> Markup:
     """Charts of the recordings that could be read again; what could not is said."""
     drawn = _chosen(c, read)
-    said = [tag("p", f"{c.shown(one.path)}: {one.said}. No torque of it is drawn.") for one in read if one.pair is None]
-    readable = [one for one in read if one.pair is not None]
-    if more := [one.path for one in readable if one not in drawn]:
-        said.append(tag("p", f"Read again but not drawn: {', '.join(map(c.shown, more))}.", class_="fine"))
-    if not readable:
+    lost = [one for one in read if one.recording is None]
+    said = [tag("p", f"{c.shown(one.used.path)}: {one.said}. No torque of it is drawn.") for one in lost]
+    if more := [c.shown(one.used.path) for one in read if one not in drawn and one not in lost]:
+        said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
+    if not drawn:
         said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
     charts = [part for one in drawn for part in _charts(c, one)]
     return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *said)
@@ -37,33 +38,37 @@ def torques(c: Contents, read: Sequence[Reread]) -> Markup:
 def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
     """First the recordings with a contact that was found, then those nobody fitted, then the diagnosed ones."""
     touched = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
-    rank = sorted(read, key=lambda one: (one.sha256 not in touched, one.role != "holdout"))
-    first = [one for one in rank if one.pair is not None]
-    wanted = [one for one in first if one.sha256 in touched or one.role == "holdout"] or first[:1]
-    return wanted[:DRAWN]
+    had = [one for one in read if one.recording is not None]
+    rank = sorted(had, key=lambda one: (one.used.sha256 not in touched, one.used.role != "holdout"))
+    wanted = [one for one in rank if one.used.sha256 in touched or one.used.role == "holdout"]
+    return (wanted or rank[:1])[:DRAWN]
 
 
 def _charts(c: Contents, one: Reread) -> list[Markup]:
-    assert one.pair is not None
     assert one.recording is not None
+    head = tag("h3", c.shown(one.used.path))
+    try:
+        pair = predict_pair(c.model, c.extended, [one.recording], c.filter, c.drive_gains)
+    except InputError as error:
+        return [head, tag("p", f"Read again, but its torque cannot be predicted: {error}.")]
     names = [("measured", style.MEASURED), (came(c.question), style.RESIDUAL)]
-    if one.pair.after is not None:
+    if pair.after is not None:
         names.append((EXTENDED, style.PREDICTED))
-    text = "which nothing had been fitted to" if one.role == "holdout" else "which was diagnosed"
-    bands = _bands(c, one)
+    text = "which nothing had been fitted to" if one.used.role == "holdout" else "which was diagnosed"
+    bands = _bands(c, one.used.sha256)
     shaded = " Shaded: contact." if bands else ""
     start = float(one.recording.time[0])
     return [
-        tag("h3", c.shown(one.path)),
+        head,
         tag("p", f"A recording {text}. Torque after the low-pass, where the arm moves.{shaded}"),
         legend(names),
-        tag("div", *(_joint(c, one.pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
+        tag("div", *(_joint(c, pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
     ]
 
 
-def _bands(c: Contents, one: Reread) -> list[tuple[float, float]]:
+def _bands(c: Contents, sha256: str) -> list[tuple[float, float]]:
     effects = c.extended.effects if c.extended is not None else ()
-    found = [e for e in effects if isinstance(e, Contact) and e.recording in ("", one.sha256)]
+    found = [e for e in effects if isinstance(e, Contact) and e.recording in ("", sha256)]
     return [interval for effect in found for interval in effect.intervals]
 
 
