@@ -120,11 +120,11 @@ def decades(low: float, high: float) -> Sequence[float]:
     return [value for value in every if low <= value <= high]
 
 
-def ticks(low: float, high: float, count: int = 5) -> Sequence[float]:
-    """About ``count`` round numbers between two, steps of 1, 2 or 5 times a power of ten."""
-    rough = (high - low) / count
+def ticks(low: float, high: float) -> Sequence[float]:
+    """Three to seven round numbers between two, in steps of 1, 2, 2.5 or 5 times a power of ten."""
+    rough = (high - low) / 6
     power = 10.0 ** math.floor(math.log10(rough))
-    step = next(m * power for m in (1, 2, 5, 10) if m * power >= rough)
+    step = next(m * power for m in (1, 2, 2.5, 5, 10) if m * power >= rough)
     return [round(k * step, 12) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 

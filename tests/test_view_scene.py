@@ -1,0 +1,90 @@
+"""The arm in 3D: poses as Pinocchio has them, shapes where they belong."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.view.scene import link_poses, tool_path
+from physident.view.scene_shapes import arm_shapes, turned_to
+from tests.robots import TREE
+
+BOXED = """<robot name="boxed">
+ <link name="base"><visual><geometry><cylinder radius="0.1" length="0.2"/></geometry></visual></link>
+ <link name="arm"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <visual><origin xyz="0.3 0 0" rpy="0 0 1.5707963267948966"/><geometry><box size="0.6 0.1 0.2"/></geometry></visual></link>
+ <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+  <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+ <link name="hand"><visual><geometry><mesh filename="package://parts/meshes/hand.stl" scale="2 2 2"/></geometry></visual></link>
+ <joint name="grip" type="fixed"><parent link="arm"/><child link="hand"/><origin xyz="0.6 0 0" rpy="0 1.5707963267948966 0"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> pid.Robot:
+    path = tmp_path / "tree.urdf"
+    path.write_text(TREE)
+    return pid.load_robot(path)
+
+
+@pytest.mark.parametrize("which", ["ur5", "tree"])
+def test_poses_are_those_of_pinocchio(which: str, request: pytest.FixtureRequest) -> None:
+    robot: pid.Robot = request.getfixturevalue(which)
+    q = np.random.default_rng(3).uniform(-2, 2, (5, robot.n))
+    rotations, positions = link_poses(robot, q)
+    path, data = tool_path(robot, rotations, positions), robot.pinocchio.createData()
+    for k in range(len(q)):
+        pin.framesForwardKinematics(robot.pinocchio, data, q[k])
+        for j in range(robot.n):
+            np.testing.assert_allclose(rotations[j, k], data.oMi[j + 1].rotation, atol=1e-12)
+            np.testing.assert_allclose(positions[j, k], data.oMi[j + 1].translation, atol=1e-12)
+        last = [i for i, f in enumerate(robot.pinocchio.frames) if f.parentJoint == robot.n][-1]
+        np.testing.assert_allclose(path[k], data.oMf[last].translation, atol=1e-12)
+
+
+def test_capsules_reach_from_each_joint_to_the_next(tree: pid.Robot) -> None:
+    shapes = [shape for shape in arm_shapes(tree) if shape.kind == "capsule"]
+    assert {shape.joint for shape in shapes} >= set(range(tree.n))
+    far = [joint for joint in tree.joints if np.linalg.norm(joint.translation) > 0.05]
+    assert len(far) == tree.n
+    for joint in far:
+        ends = [s.translation + s.rotation[:, 2] * s.size[1] for s in shapes if s.joint == joint.parent]
+        starts = [s.translation for s in shapes if s.joint == joint.parent]
+        near = [
+            np.linalg.norm(end - joint.translation) + np.linalg.norm(start)
+            for end, start in zip(ends, starts, strict=True)
+        ]
+        assert min(near) < 1e-12, joint.name
+
+
+def test_shapes_of_the_description_stand_where_it_puts_them(tmp_path: Path) -> None:
+    urdf, mesh = tmp_path / "boxed.urdf", tmp_path / "parts" / "meshes" / "hand.stl"
+    urdf.write_text(BOXED)
+    robot = pid.load_robot(urdf)
+    without = {shape.kind for shape in arm_shapes(robot) if shape.joint == 0}
+    assert without == {"capsule"}  # half a link is none: the hand's mesh is not there
+    mesh.parent.mkdir(parents=True)
+    triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
+    mesh.write_bytes(bytes(80) + struct.pack("<I", 1) + triangle)
+    shapes = arm_shapes(robot, tmp_path)
+    (base,) = [shape for shape in shapes if shape.joint < 0]
+    assert (base.kind, base.size) == ("cylinder", (0.1, 0.2))
+    box, hand = (next(s for s in shapes if s.kind == kind) for kind in ("box", "mesh"))
+    np.testing.assert_allclose(box.rotation @ [1, 0, 0], [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(box.translation, [0.3, 0, 0])
+    np.testing.assert_allclose(hand.translation, [0.6, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(hand.rotation @ [0, 0, 1], [1, 0, 0], atol=1e-12)
+    assert (hand.mesh, hand.size) == (mesh, (2, 2, 2))
+
+
+def test_a_turn_to_a_direction_is_a_rotation() -> None:
+    for direction in np.vstack([np.random.default_rng(0).normal(size=(20, 3)), np.eye(3), -np.eye(3)]):
+        R = turned_to(direction)
+        np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
+        assert np.linalg.det(R) == pytest.approx(1)
+        np.testing.assert_allclose(R[:, 2], direction / np.linalg.norm(direction), atol=1e-12)
