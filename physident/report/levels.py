@@ -13,7 +13,7 @@ from physident.view import style
 from physident.view.plots_residual import torque_units
 from physident.view.words import came
 
-FLOOR = " Where a motion was repeated, the floor is what did not repeat: no model of the motion gets below it."
+FLOOR = " The floor is what did not repeat where a diagnosed motion did: no model can be expected much below it."
 
 
 def levels(c: Contents) -> Markup:
@@ -56,5 +56,5 @@ def _row(c: Contents, j: int, largest: float) -> Markup:
     )
 
 
-def _floor(c: Contents, j: int, unit: str) -> list[str]:
-    return [] if c.noise_floor is None else [f", floor {quantity(c.noise_floor[j], unit)}"]
+def _floor(c: Contents, j: int, unit: str) -> list[Markup]:
+    return [] if c.noise_floor is None else [tag("div", f"floor {quantity(c.noise_floor[j], unit)}", class_="fine")]

@@ -63,7 +63,7 @@ rect.band { fill: #e4e4ef; }
   border: 1px solid #fff; }
 .scale .gate { color: var(--ink); font-weight: 600; }
 @media (max-width: 60rem) {
-  .level { grid-template-columns: 1fr 1fr; }
+  .level { grid-template-columns: 6.5rem 1fr; }
   .level .name, .level .bars { grid-column: 1 / -1; }
 }
 @media (max-width: 36rem) {
