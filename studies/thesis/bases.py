@@ -43,6 +43,16 @@ def compare(name: str, seed: int = 0) -> List:
     return List(ours, theirs, outside, angle(Y[:, ours.independent], Y[:, chosen]))
 
 
+def printed_rank(name: str) -> int:
+    """How many of the columns that a list names first are independent when it is read as printed."""
+    robot = half(name)
+    motion = random_motion(robot, 0)
+    Y = torque_regressor(robot, motion.q, motion.v, motion.a).reshape(-1, 30) @ from_dh_frames(name)
+    names = [column.name for column in dh_columns(name)]
+    first = [next(iter(entry)) for entry in PRINTED[name]]
+    return int(np.linalg.matrix_rank(Y[:, [names.index(parameter) for parameter in first if parameter in names]]))
+
+
 def _outside(entry: dict[str, float], names: list[str], shown: Array) -> float:
     if any(parameter not in names for parameter in entry):
         return np.nan

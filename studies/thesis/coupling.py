@@ -32,7 +32,10 @@ def cost(robot: pid.Robot, train: pid.Trajectory, validation: pid.Trajectory) ->
     exact = predict_halves(true_halves(), judged)
     found = predict_halves(fitted, judged)
     return {
-        "true_parameters": {"error": relative(judged.torque, exact).tolist(), "rms": rms(judged.torque - exact).tolist()},
+        "true_parameters": {
+            "error": relative(judged.torque, exact).tolist(),
+            "rms": rms(judged.torque - exact).tolist(),
+        },
         "fitted": {"error": relative(judged.torque, found).tolist(), "rms": rms(judged.torque - found).tolist()},
         "fitted_on_its_own_trajectory": relative(own.torque, predict_halves(fitted, own)).tolist(),
         "rms_torque": np.asarray(rms(judged.torque)).tolist(),

@@ -31,7 +31,9 @@ def half(name: str) -> pid.Robot:
     the arm in front of it does.
     """
     table = ur5_table()
-    return pid.Robot(name=name, urdf=urdf_from_table(table | {"joints": table["joints"][HALVES[name]]}))
+    joints = table["joints"][HALVES[name]]
+    limit = tuple(joint["acceleration_limit"] for joint in joints)
+    return pid.Robot(name=name, urdf=urdf_from_table(table | {"joints": joints}), acceleration_limit=limit)
 
 
 def pseudo_inertia(link: Array) -> Array:

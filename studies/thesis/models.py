@@ -10,15 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.effects.friction import SMOOTHING
 from studies.thesis import ours
 from studies.thesis.halves import HALVES
 from studies.thesis.published import COULOMB
-from studies.thesis.reference import Run, half_run, run
+from studies.thesis.reference import FRICTION, Run, half_run, run
 from studies.thesis.scores import relative, rms
 from studies.thesis.thesis_way import identify_half, identify_whole_by_halves, predict_halves
 
 Array = NDArray[np.float64]
 TRAIN_SEED, VALIDATION_SEED = 1, 2
+NOTHING = 1e-9  # of the largest base parameter: below it a true value is zero, and no relative error exists
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,12 @@ def compare(model: str, robot: pid.Robot, motions: Mapping[str, pid.Trajectory])
     return Compared(model, _joined(model, motions["validation"]), judged, predicted, estimates)
 
 
+def best(found: Compared) -> str:
+    """Our way on the designed trajectory: physical, or weighted least squares where the physical fit was not solved."""
+    physical, plain = (f"ours, {method}, designed trajectory" for method in ("physical", "wls"))
+    return physical if found.estimates[physical].estimate is not None else plain
+
+
 def _halves_alone(model: str, motions: Mapping[str, pid.Trajectory]) -> Array:
     """Each half identified and predicted on a reference of its own, side by side (N, 6)."""
     sides = []
@@ -82,30 +90,41 @@ def _joined(model: str, motion: pid.Trajectory) -> Run:
 
 
 def results(found: Compared, robot: pid.Robot) -> dict[str, Any]:
-    """Errors, the noise floor, friction and the base parameters' errors, as JSON can hold them."""
-    clean = found.validation
-    data: dict[str, Any] = {
+    """Errors [%, N m], the noise floor, friction and the base parameters' errors, as JSON can hold them."""
+    clean, way = found.validation, best(found)
+    each = {name: _one(found, name, one, robot) for name, one in found.estimates.items()}
+    return {
+        "ours_is": way,
         "error_thesis_way": found.error("thesis, halves").tolist(),
         "error_thesis_way_whole_arm": found.error("thesis, whole arm").tolist(),
+        "error_ours": each[way]["error"],
         "error_noise_alone": relative(clean.torque, clean.true).tolist(),
         "rms_noise": rms(clean.torque - clean.true).tolist(),
         "rms_thesis_way": found.rms("thesis, halves").tolist(),
         "rms_thesis_way_whole_arm": found.rms("thesis, whole arm").tolist(),
-        "ours": {},
+        "error_of_truth_with_default_sign": relative(
+            clean.torque, ours.true_torque(robot, found.model, clean, SMOOTHING)
+        ).tolist(),
+        "friction": each[way]["friction"],
+        "friction_off_percent": each[way]["friction_off_percent"],
+        "base_parameters_off_relative": each[way]["base_parameters_off_relative"],
+        "ours": each,
     }
-    for way, one in found.estimates.items():
-        if one.estimate is None:
-            data["ours"][way] = {"not_solved": one.why}
-            continue
-        e = one.estimate
-        true = e.base.values(ours.truth(robot, found.model))
-        coulomb = e.model.parameters("coulomb_friction")
-        data["ours"][way] = {
-            "error": found.error(way).tolist(),
-            "rms": found.rms(way).tolist(),
-            "friction": coulomb.tolist(),
-            "friction_off_percent": (100 * (coulomb / COULOMB - 1)).tolist(),
-            "base_parameters_off_relative": float(np.abs(e.base.values(e.theta) - true).max() / np.abs(true).max()),
-            "base_parameters_off_norm": float(np.linalg.norm(e.base.values(e.theta) - true) / np.linalg.norm(true)),
-        }
-    return data
+
+
+def _one(found: Compared, way: str, one: ours.Found, robot: pid.Robot) -> dict[str, Any]:
+    if one.estimate is None:
+        return {"not_solved": one.why}
+    e = one.estimate
+    true, values = e.base.values(ours.truth(robot, found.model)), e.base.values(e.theta)
+    known = np.abs(true) > NOTHING * np.abs(true).max()
+    coulomb = e.model.parameters("coulomb_friction")
+    off = 100 * (coulomb / COULOMB - 1) if FRICTION[found.model] else None
+    return {
+        "error": found.error(way).tolist(),
+        "rms": found.rms(way).tolist(),
+        "friction": coulomb.tolist(),
+        "friction_off_percent": None if off is None else off.tolist(),
+        "base_parameters_off_relative": float(np.max(np.abs(values - true)[known] / np.abs(true)[known])),
+        "base_parameters_that_are_zero_off": float(np.max(np.abs(values - true)[~known])),
+    }

@@ -15,13 +15,13 @@ from studies.thesis.reference import FRICTION, Run
 from studies.thesis.scores import FILTER
 
 Array = NDArray[np.float64]
-NO_WIDTH = 1e-5  # rad/s: the references' sign has no width, and their velocities no noise that would ask for one
+NO_WIDTH = 1e-8  # rad/s: the references' sign has no width, and their velocities no noise that would ask for one
 PHYSICAL = pid.Physical(resamples=0)
 
 
-def effects() -> tuple[pid.Effect, ...]:
-    """The five default effects, friction with a sign as sharp as the references'."""
-    sharp = pid.CATALOGUE["coulomb_friction"](smoothing=NO_WIDTH)
+def effects(width: float = NO_WIDTH) -> tuple[pid.Effect, ...]:
+    """The five default effects, friction with a sign of some width [rad/s], as sharp as the references' by default."""
+    sharp = pid.CATALOGUE["coulomb_friction"](smoothing=width)
     return pid.make_effects(["rigid_body", "rotor_inertia", "viscous_friction", sharp, "torque_offset"])
 
 
@@ -39,6 +39,11 @@ def truth(robot: pid.Robot, model: str) -> Array:
     """All parameters of a reference model in the order of ``effects``: links, no rotors, no viscous friction, Table 2.5."""
     acts = float(FRICTION[model])
     return np.concatenate([robot.nominal, np.zeros(2 * robot.n), acts * COULOMB, acts * OFFSET])
+
+
+def true_torque(robot: pid.Robot, model: str, run: Run, width: float) -> Array:
+    """Torque (N, 6) [N m] of the true parameters with a sign of some width [rad/s]."""
+    return pid.Model(robot, effects(width), truth(robot, model)).torque(run.signals())
 
 
 @dataclass(frozen=True, eq=False)

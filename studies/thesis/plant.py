@@ -40,7 +40,9 @@ class Plan:
 def arm(friction: bool) -> Arm:
     """The published arm, with the friction of Table 2.5 or none; what differs by direction is an offset in motion."""
     coulomb, offset = (COULOMB, OFFSET) if friction else np.zeros((2, 6))
-    return Arm(friction=Friction(np.zeros(6), coulomb), drives=Drives(rotor_inertia=ROTOR_INERTIA, torque_offset=offset))
+    return Arm(
+        friction=Friction(np.zeros(6), coulomb), drives=Drives(rotor_inertia=ROTOR_INERTIA, torque_offset=offset)
+    )
 
 
 def recorded(arm: Arm, motion: pid.Trajectory, seed: int, noise: bool, name: str) -> pid.Recording:

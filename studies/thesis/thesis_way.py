@@ -35,7 +35,7 @@ def identify_half(name: str, run: Run, joints: slice = slice(None)) -> HalfModel
     robot = half(name)
     base = find_base_parameters(robot, make_effects(["rigid_body"]))
     Y = torque_regressor(robot, *(x[:, joints] for x in (run.q, run.v, run.a)))[:, :, base.independent]
-    values = np.linalg.lstsq(Y.reshape(-1, base.r), run.torque[:, joints].ravel(), rcond=None)[0]
+    values = np.asarray(np.linalg.lstsq(Y.reshape(-1, base.r), run.torque[:, joints].ravel(), rcond=None)[0], float)
     return HalfModel(name, base, values)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import physident as pid
 from physident.base_parameters import find_base_parameters
 from physident.effects import make_effects
+from physident.manipulability import measure_manipulability
 from physident.rigid_body_regressor import torque_regressor
 from studies.thesis.halves import HALVES, half
 from studies.thesis.published import RATE
@@ -35,7 +36,8 @@ def conditions(robot: pid.Robot, motion: pid.Trajectory) -> dict[str, float]:
 def properties(robot: pid.Robot, motion: pid.Trajectory) -> dict[str, Any]:
     """Condition numbers, the share of each limit used, velocity and acceleration at the start, and the tool's extremes."""
     extent, start = motion.extent(), motion.states(np.zeros(1))
-    heights, speeds, measure = tool(robot, motion)
+    heights, speeds = tool(robot, motion)
+    poses = measure_manipulability(robot, motion.sample(RATE)[1])
     return {
         "cond": conditions(robot, motion),
         "q_used": float(np.max(np.maximum(-extent.lower / -robot.lower, extent.upper / robot.upper))),
@@ -45,21 +47,19 @@ def properties(robot: pid.Robot, motion: pid.Trajectory) -> dict[str, Any]:
         "a_start": float(np.abs(start.a).max()),
         "tool_speed": float(speeds.max()),
         "lowest_joint": float(heights.min()),
-        "manipulability": {"least": float(measure.min()), "median": float(np.median(measure))},
+        "manipulability": poses.as_dict() | {"warning": poses.warning},
     }
 
 
-def tool(robot: pid.Robot, motion: pid.Trajectory) -> tuple[Array, Array, Array]:
-    """Along a motion at 125 Hz: height (N,) [m] of the lowest of joints 3-6 and the tool, tool speed (N,) [m/s],
-    manipulability (N,) sqrt det(J J^T) [m^3]."""
+def tool(robot: pid.Robot, motion: pid.Trajectory) -> tuple[Array, Array]:
+    """Along a motion at 125 Hz: height (N,) [m] of the lowest of joints 3-6 and the tool, and tool speed (N,) [m/s]."""
     model = robot.pinocchio
     data, frame = model.createData(), model.getFrameId("tool0")
     _, q, v, _ = motion.sample(RATE)
-    heights, speeds, measure = np.empty((3, len(q)))
+    heights, speeds = np.empty((2, len(q)))
     for k in range(len(q)):
         J = pin.computeFrameJacobian(model, data, q[k], frame, pin.LOCAL_WORLD_ALIGNED)
         pin.updateFramePlacements(model, data)
         heights[k] = min(data.oMf[frame].translation[2], *(data.oMi[i].translation[2] for i in range(3, 7)))
         speeds[k] = np.linalg.norm(J[:3] @ v[k])
-        measure[k] = abs(np.linalg.det(J))
-    return heights, speeds, measure
+    return heights, speeds
