@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 COLOUR_WINDOW = 0.5  # s: a link's colour is its residual's RMS over it, else it flickers
-COLOUR_QUANTILE = 0.98  # of all joints and instants reach the full colour
+COLOUR_QUANTILE = 0.9  # of all joints and instants reach the full colour
 
 
 def view(

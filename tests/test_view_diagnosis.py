@@ -1,0 +1,89 @@
+"""A diagnosis in a session: its models beside those given, its findings in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.findings import Finding, Levels, Reduction, Rival, Unseen, Value
+from physident.effects.contact import Contact
+from physident.report.contents import Contents
+from physident.view.plan import plan_of, plan_words
+from physident.view.session_content import compose
+from physident.view.session_text import findings
+
+LEVELS = Levels(np.ones(6), np.full(6, 10.0))
+VALUE = Value("load_dependent_friction", 2, 0.0814, 0.0814, 0.004, (0.0731, 0.0897), "1")
+FOUND = Finding(
+    "load_dependent_friction", (2,), (VALUE,), Reduction(1.83, 0.79, 56.8, (51.2, 61.9)),
+    (Rival("torque_constant", (3,)),), (), "vary the load at one speed", 40.0,
+)  # fmt: skip
+TOUCH = Finding("contact", (), (), Reduction(1.0, 0.5, 50.0, (40.0, 60.0)), (), ((3.5, 4.25),), "", 9.0)
+
+
+@pytest.fixture
+def model(ur5: pid.Robot) -> pid.Model:
+    return pid.Model.nominal(ur5)
+
+
+@pytest.fixture
+def diagnosis(model: pid.Model) -> Contents:
+    extended = pid.Model(model.robot, (*model.effects, Contact()), np.append(model.theta, [1.0, 2.0, 3.0]))
+    return Contents(
+        path=None, sha256=None, question="missing", verdict="partly_explained", findings=(FOUND, TOUCH), before=LEVELS,
+        after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "still"),),
+        remainder=(), recordings=(), filter=pid.Filter(7.0), columns=None, drive_gains=None, held=(), model=model,
+        extended=extended,
+    )  # fmt: skip
+
+
+def test_the_words_have_every_number_of_a_finding(diagnosis: Contents) -> None:
+    text = findings(diagnosis)
+    for said in (
+        "load-dependent friction on joint 2", "1.83 → 0.79", "57 % less", "51 to 62 %", "0.0814", "0.0731 to 0.0897",
+        "torque constant on joint 3", "vary the load at one speed", "3.5 to 4.2", "joint spring on joint 5",
+    ):  # fmt: skip
+        assert said in text, said
+    assert text.startswith("# The model lacks load-dependent friction on joint 2")
+
+
+def test_models_of_a_diagnosis_are_shown_once(diagnosis: Contents, model: pid.Model) -> None:
+    assert diagnosis.extended is not None
+    alone = compose({}, [], diagnosis, None, None)
+    assert list(alone.models) == ["diagnosed", "extended"]
+    assert alone.filter.cutoff == 7.0
+    estimate: Any = type("E", (), {"model": model, "filter": pid.Filter(3.0), "drive_gains": None})()
+    both = compose({"mine": estimate}, [], diagnosis, None, None)
+    assert list(both.models) == ["mine", "extended"]  # the first is the diagnosed one, known by its numbers
+    assert both.filter.cutoff == 3.0
+    assert compose({"mine": estimate}, [], diagnosis, None, 6.0).filter.cutoff == 6.0
+    moved: Any = type("E", (), {**vars(type(estimate)), "model": replace(model, theta=model.theta * 1.01)})()
+    assert list(compose({"mine": moved}, [], diagnosis, None, None).models) == ["diagnosed", "mine", "extended"]
+
+
+def test_a_design_is_read_back_with_its_limits(tmp_path: Any, ur5: pid.Robot) -> None:
+    import json
+
+    motion = pid.random_trajectory(ur5, seed=4)
+    margin = {"limit": "speed", "where": "joint 3", "reached": 3.1, "allowed": 3.2, "margin": 0.1, "unit": "rad/s"}
+    far = margin | {"where": "joint 4", "reached": 1.0, "margin": 2.2}
+    design = {
+        "schema": "physident.design/1", "criterion": "condition", "condition": 14.25, "columns": 36,
+        "weighting": "unscaled", "margins": [far, margin], "trajectory": motion.as_dict(), "progress": [90.0, 14.25],
+    }  # fmt: skip
+    path = tmp_path / "design.json"
+    path.write_text(json.dumps(design))
+    plan = plan_of(path)
+    np.testing.assert_array_equal(plan.motion.sample(20.0)[1], motion.sample(20.0)[1])
+    assert plan.progress == (90.0, 14.25)
+    words = plan_words(plan.design)
+    assert "14.25" in words
+    assert words.index("joint 3") < words.index("joint 4")  # the nearest limit first
+    for broken in ({"margins": [{}]}, {"condition": "high"}, {"progress": [1.0, -2.0]}, {"trajectory": {"a": 1}}):
+        path.write_text(json.dumps(design | broken))
+        with pytest.raises(pid.InputError, match=r"design\.json"):
+            plan_of(path)
