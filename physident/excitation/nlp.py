@@ -48,6 +48,17 @@ class Rows:
         """By how much the worst row is exceeded; zero where all hold."""
         return max(0.0, -float(self.slack(y).min()))
 
+    def penalty(self, y: Array, reserve: float) -> tuple[float, Array]:
+        """Sum of the squares of what is missing to ``reserve`` [units of the limit] inside each limit, and its gradient."""
+        value = self.value(y)
+        below, above = np.maximum(self.lower + reserve - value, 0.0), np.maximum(value - self.upper + reserve, 0.0)
+        slope = 2 * (above - below)
+        if not slope.any():
+            return 0.0, np.zeros(y.size)
+        weighted = self.jacobian(y) * slope[self.pattern[:, 0]]
+        gradient = np.bincount(self.pattern[:, 1], weighted, y.size)
+        return float(below @ below + above @ above), gradient
+
     def only(self, chosen: NDArray[np.bool_]) -> Rows:
         """Some of the rows (C,)."""
         kept = chosen[self.pattern[:, 0]]

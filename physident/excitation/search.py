@@ -15,19 +15,35 @@ from physident.excitation.information import Information
 from physident.excitation.limits import JointLimits
 from physident.excitation.nlp import Rows, join, minimise
 from physident.excitation.series import Series
+from physident.excitation.workspace import NODES as WORKSPACE_NODES
 from physident.excitation.workspace import Workspace
 
 Array = NDArray[np.float64]
-GENERATIONS = 20
+GENERATIONS = 25
 STARTS = 5  # of the last generation, improved a little; they then end in the order they are in
 FINISHED = 2  # of them, followed to the end
 RANKS = 40  # of the last generation, from which starts are taken at equal steps: neighbours end in one place
-FIRST, FIRST_ITERATIONS = 6.0, 60  # sharpness of the first stage, where all singular values pull
-LATER = ((20.0, 60), (60.0, 80), (200.0, 120))  # sharpness and iterations of the last ones
+DEAR = 20.0  # what exceeding a limit by its own size costs, in units of the criterion
 WITHIN = 1e-5  # relative: how far IPOPT may end beyond a constraint
 NEAR = 0.6  # of a limit: rows of the workspace farther away are left out of a stage, and looked at again after it
 ROUNDS = 4
+RESERVE = 0.02  # of a limit: a penalty begins before it is reached
 LIMIT_NODES = 96  # of a period for joint limits; those of five harmonics are then tightened by 1.3 %
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A run of IPOPT: the ``sharpness`` of the condition number, at most so many ``iterations``, and the weight of the
+    ``penalty`` by which the workspace's limits are held, None where they are constraints."""
+
+    sharpness: float
+    iterations: int
+    penalty: float | None = None
+
+
+# a soft condition number, which all singular values pull on, and soft walls first: both leave the search room to move
+FIRST = Stage(6.0, 60, 10.0)
+LATER = (Stage(6.0, 30, 100.0), Stage(20.0, 60), Stage(60.0, 80), Stage(200.0, 120))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,53 +59,73 @@ class Problem:
     workspace: Workspace | None
 
     @cached_property
+    def joint_rows(self) -> Rows:
+        """The limits of the joints as constraints."""
+        return self.joints.rows(self.series, max(LIMIT_NODES, 12 * self.series.harmonics))
+
+    @cached_property
+    def walls(self) -> Rows | None:
+        """The limits of the workspace as constraints."""
+        return None if self.workspace is None else self.workspace.rows(self.series)
+
+    @cached_property
     def rows(self) -> Rows:
-        """All limits as constraints, those of the joints first."""
-        own = self.joints.rows(self.series, self._limit_nodes)
-        return own if self.workspace is None else join(own, self.workspace.rows(self.series))
+        """All limits, those of the joints first."""
+        return self.joint_rows if self.walls is None else join(self.joint_rows, self.walls)
 
     @property
-    def _limit_nodes(self) -> int:
-        return max(LIMIT_NODES, 12 * self.series.harmonics)
+    def later(self) -> tuple[Stage, ...]:
+        """The stages after the first that change something."""
+        return tuple(stage for stage in LATER if self.walls is not None or stage.penalty is None)
 
-    @property
-    def _always(self) -> NDArray[np.bool_]:
-        """Rows that no stage leaves out: those of the joints, which are cheap."""
-        return np.arange(len(self.rows.lower)) < 3 * self.series.n * self._limit_nodes
-
-    def function(self, y: Array, sharpness: float | None) -> tuple[float, Array]:
-        """What is made small at free numbers (n m,), and its gradient."""
+    def function(self, y: Array, stage: Stage) -> tuple[float, Array]:
+        """What a stage makes small at free numbers (n m,), and its gradient."""
         criterion = self.criterion
-        if sharpness is not None and isinstance(criterion, Condition):
-            criterion = replace(criterion, sharpness=sharpness)
+        if isinstance(criterion, Condition):
+            criterion = replace(criterion, sharpness=stage.sharpness)
         value, slope = criterion.gradient(self.information.matrix(y))
-        return value, self.information.pullback(y, slope)
+        gradient = self.information.pullback(y, slope)
+        if self.walls is None or stage.penalty is None:
+            return value, gradient
+        beyond, outward = self.walls.penalty(y, RESERVE)
+        weight = stage.penalty / WORKSPACE_NODES
+        return value + weight * beyond, gradient + weight * outward
 
-    def improved(self, found: Found, sharpness: float | None, iterations: int) -> Found:
-        """The motion after some iterations, or as it was where these did not help."""
-        y = found.y
-        near = self._always | (self.rows.slack(y) < NEAR)
+    def improved(self, found: Found, stage: Stage) -> Found:
+        """The motion after a stage, or as it was where that did not help."""
+        if stage.penalty is not None or self.walls is None:
+            y = minimise(lambda at: self.function(at, stage), self.joint_rows, found.y, stage.iterations).y
+        else:
+            y = self._constrained(found.y, stage)
+        return min(found, self.judged(y), key=lambda one: one.cost)
+
+    def _constrained(self, y: Array, stage: Stage) -> Array:
+        """The motion after a stage with those rows of the workspace that come near their limit, and any it then meets."""
+        always = np.arange(len(self.rows.lower)) < len(self.joint_rows.lower)
+        near = always | (self.rows.slack(y) < NEAR)
         for _ in range(ROUNDS):
-            y = minimise(lambda at: self.function(at, sharpness), self.rows.only(near), y, iterations).y
+            y = minimise(lambda at: self.function(at, stage), self.rows.only(near), y, stage.iterations).y
             slack = self.rows.slack(y)
             if (slack[~near] >= -WITHIN).all():
                 break
             near |= slack < NEAR
-        after = self.judged(y)
-        return min(found, after, key=lambda one: (max(one.excess, WITHIN), one.value))
+        return y
 
     def judged(self, y: Array) -> Found:
         """The criterion's value and how far limits are exceeded."""
-        return Found(y, float(self.criterion.values(self.information.matrix(y))), self.rows.excess(y))
+        value, excess = float(self.criterion.values(self.information.matrix(y))), self.rows.excess(y)
+        return Found(y, value, excess, value + DEAR * max(0.0, excess - WITHIN))
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Free numbers ``y``, the criterion's ``value``, and by how much of a limit the worst one is exceeded."""
+    """Free numbers ``y``, the criterion's ``value``, by how much of a limit the worst one is exceeded, and what the motion
+    ``cost``s with that."""
 
     y: Array
     value: float
     excess: float
+    cost: float
 
     @property
     def feasible(self) -> bool:
@@ -105,19 +141,27 @@ def search(
     progress: Callable[[float], None] = lambda _: None,
 ) -> list[Found]:
     """The motions found, best first, feasible ones before others. ``progress`` hears the share that is done."""
-    steps = 2 + starts + len(LATER) * FINISHED
-    fitness = lambda y: problem.criterion.values(problem.coarse.matrices(y))  # noqa: E731
+    later = problem.later
+    steps = 2 + starts + len(later) * min(FINISHED, starts)
     violation = None if problem.workspace is None else problem.workspace.violation(problem.series)
-    population = evolve(problem.joints, problem.series, fitness, violation, generations, seed)
-    progress(2 / steps)
+    population = evolve(
+        problem.joints,
+        problem.series,
+        lambda y: problem.criterion.values(problem.coarse.matrices(y)),
+        violation,
+        generations,
+        seed,
+    )
+    done = 2
+    progress(done / steps)
     picked = np.linspace(0, min(RANKS, len(population) - 1), starts).round().astype(int)
     found = []
-    for k, rank in enumerate(picked):
-        found.append(problem.improved(problem.judged(population[rank]), FIRST, FIRST_ITERATIONS))
-        progress((3 + k) / steps)
-    found.sort(key=lambda one: (not one.feasible, one.value))
-    for place in range(min(FINISHED, len(found))):
-        for k, (sharpness, iterations) in enumerate(LATER):
-            found[place] = problem.improved(found[place], sharpness, iterations)
-            progress((3 + starts + place * len(LATER) + k) / steps)
-    return sorted(found, key=lambda one: (not one.feasible, one.value))
+    for rank in picked:
+        found.append(problem.improved(problem.judged(population[rank]), FIRST))
+        progress((done := done + 1) / steps)
+    found.sort(key=lambda one: one.cost)
+    for place in range(min(FINISHED, starts)):
+        for stage in later:
+            found[place] = problem.improved(found[place], stage)
+            progress((done := done + 1) / steps)
+    return sorted(found, key=lambda one: (not one.feasible, one.cost))
