@@ -65,6 +65,15 @@ def measured() -> str:
             "simulation",
         ),
     ]
+    noisy = results("thesis")["model_d"]
+    ours, floor, plain = noisy["error_ours"], noisy["error_noise_alone"], noisy["error_thesis_way"]
+    rows.append(
+        (
+            "the thesis the project grew from, its model with friction and noise: torque errors",
+            f"{min(ours):.1f} to {max(ours):.1f} %, of which the noise is {min(floor):.1f} to {max(floor):.1f} (its own way: {min(plain):.0f} to {max(plain):.0f} %)",
+            "thesis",
+        )
+    )
     lines = ["| what | figure | study |", "|---|---|---|"]
     return "\n".join(
         lines + [f"| {what} | {figure} | [{study}](studies/{study}/README.md) |" for what, figure, study in rows]

@@ -68,6 +68,19 @@ def test_the_mended_lists_span_the_same_space_and_the_printed_ones_do_not(name: 
     assert np.linalg.matrix_rank(both) == 15
 
 
+def test_errata_of_table_2_4() -> None:
+    """About the link frames, link 2's inertia would be negative at its centre of mass; I_5zz as printed is no body's."""
+    link = ur5_table()["joints"][1]
+    x, y, z = link["com"]
+    moved = np.array([link["inertia"][k] for k in (0, 2, 5)]) - link["mass"] * np.array(
+        [y * y + z * z, x * x + z * z, x * x + y * y]
+    )
+    assert moved.min() < 0
+    ixx, _, iyy, _, _, izz = ur5_table()["joints"][4]["inertia"]
+    assert ixx + iyy > izz == 0.0009
+    assert ixx + iyy < 0.009
+
+
 def test_angle_sees_a_different_space() -> None:
     A = np.eye(4)[:, :2]
     tilted = np.column_stack([A[:, 0], np.cos(0.1) * A[:, 1] + np.sin(0.1) * np.eye(4)[:, 2]])
@@ -157,4 +170,6 @@ def test_kept_results_hold_what_the_study_claims() -> None:
     assert kept["model_a"]["base_parameters_off_relative"] < 1e-6
     assert max(map(abs, kept["model_b"]["friction_off_percent"])) < 1.0
     for model in "cd":
+        ours, floor = (np.array(kept[f"model_{model}"][key]) for key in ("error_ours", "error_noise_alone"))
+        assert (ours < 1.15 * floor).all(), model
         assert 90 < kept["coverage"][model]["designed"]["coverage_percent"] < 99
