@@ -16,7 +16,7 @@ from studies.thesis.scores import FILTER
 
 Array = NDArray[np.float64]
 NO_WIDTH = 1e-8  # rad/s: the references' sign has no width, and their velocities no noise that would ask for one
-PHYSICAL = pid.Physical(resamples=0)
+PHYSICAL = pid.Physical(resamples=0)  # the values are compared here; intervals are those of weighted least squares
 
 
 def effects(width: float = NO_WIDTH) -> tuple[pid.Effect, ...]:
