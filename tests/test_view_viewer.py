@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import subprocess
 import urllib.request
 from pathlib import Path
 
@@ -20,7 +21,12 @@ def test_statistics_stay_off(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "FORCE_RERUN_ANALYTICS" not in _quiet()
 
 
-def test_the_page_may_talk_to_its_server_alone(tmp_path: Path) -> None:
+def test_the_page_may_talk_to_its_server_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[list[str]] = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda command, **options: started.append(command) or popen(command, **options)
+    )
     path = tmp_path / "session.rrd"
     path.write_bytes(bytes(range(256)) * 100)
     with web_server(path) as address:
@@ -44,6 +50,9 @@ def test_the_page_may_talk_to_its_server_alone(tmp_path: Path) -> None:
                 assert probe.connect_ex((other, port)) != 0
     with pytest.raises(OSError):
         urllib.request.urlopen(page, timeout=1)
+    for option in ("--port", "--web-viewer-port"):  # the viewer's own server has ended too
+        with socket.socket() as probe:
+            assert probe.connect_ex((HOST, int(started[0][started[0].index(option) + 1]))) != 0
 
 
 def test_the_package_and_the_function_share_a_name(tmp_path: Path, ur5: pid.Robot) -> None:

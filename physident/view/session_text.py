@@ -28,11 +28,11 @@ def summary(data: SessionData, robot: Robot, c: Contents | None) -> str:
             size = _rms(data.measured[:, j])
             cells = [f"{e:.3g} ({_share(e, size)})" for e in (_rms(data.residual(p)[:, j]) for p in data.predictions)]
             lines.append(_row([f"{j + 1} {name}", *cells]))
-    lines += ["", _row(["recording", "from", "to", "role"]), _row(["---"] * 4)]
-    lines += [
-        _row([_file(r.source), f"{start:.1f} s", f"{end:.1f} s", roles.get(r.sha256, "")])
-        for r, start, end in spans(data)
-    ]
+    heads = ["recording", "from", "to", *(["role"] if roles else [])]
+    lines += ["", _row(heads), _row(["---"] * len(heads))]
+    for r, start, end in spans(data):
+        role = [roles.get(r.sha256, "not in the diagnosis")] if roles else []
+        lines.append(_row([_file(r.source), f"{start:.1f} s", f"{end:.1f} s", *role]))
     return "\n".join(lines) + "\n"
 
 

@@ -10,7 +10,6 @@ import os
 import shutil
 import socket
 import subprocess
-import sys
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
@@ -42,8 +41,9 @@ def open_window(path: Path) -> None:
     )
     if done.returncode:
         last = [line for line in done.stderr.splitlines() if line.strip()][-1:] or ["no reason given"]
+        reason = last[0].strip().split(" at /")[0][:200]
         raise NotSolvedError(
-            f"the viewer opened no window ({last[0].strip()[:200]}); write a file (--out) and open it where there is a screen, or use --web"
+            f"the viewer opened no window ({reason}); write a file (--out) and open it where there is a screen, or use --web"
         )
 
 
@@ -55,7 +55,7 @@ def serve(path: Path) -> None:
             while True:
                 time.sleep(3600)
         except KeyboardInterrupt:
-            print()
+            return
 
 
 @contextmanager
@@ -131,7 +131,16 @@ def _handler(path: Path, upstream: str) -> Callable[..., BaseHTTPRequestHandler]
 
 
 def _viewer() -> list[str]:
-    return [sys.executable, "-m", "rerun"]
+    """The viewer's program itself: started through Python it would outlive the process that started it."""
+    from importlib.util import find_spec
+
+    spec = find_spec("rerun_cli")
+    folder = Path(spec.origin).parent if spec is not None and spec.origin else Path()
+    programs = [folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun", folder / "rerun", folder / "rerun.exe"]
+    found = [str(program) for program in programs if program.is_file()]
+    if not found:
+        raise NotSolvedError(f"the rerun viewer is not in {folder}; install rerun-sdk, or write a file (--out)")
+    return found[:1]
 
 
 def _quiet() -> dict[str, str]:
