@@ -10,9 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from kept import keep
-
 import numpy as np
+from kept import keep
 
 import physident as pid
 
@@ -42,16 +41,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, recording in (("one minute", minute), ("ten minutes", ten)):
             path = Path(folder, "session.rrd")
-            best = float("inf")
+            best = clock = float("inf")
             for _ in range(REPEATS):
-                start = time.process_time()
+                start, began = time.process_time(), time.perf_counter()
                 pid.view(models, replace(recording), to=path)
                 best = min(best, time.process_time() - start)
-            results[name] = {"seconds": best, "megabytes": path.stat().st_size / 1e6, "samples": len(recording.time)}
+                clock = min(clock, time.perf_counter() - began)
+            size = path.stat().st_size / 1e6
+            results[name] = {"processor": best, "clock": clock, "megabytes": size, "samples": len(recording.time)}
     asked = {"one minute": "2 s", "ten minutes": "50 MB"}
-    rows = [f"{'':<14}{'samples':>9}{'seconds':>10}{'megabytes':>11}   asked"]
+    rows = [f"{'':<14}{'samples':>9}{'processor [s]':>15}{'clock [s]':>11}{'size [MB]':>11}   asked"]
     rows += [
-        f"{name:<14}{int(r['samples']):>9}{r['seconds']:>10.2f}{r['megabytes']:>11.1f}   under {asked[name]}"
+        f"{name:<14}{int(r['samples']):>9}{r['processor']:>15.2f}{r['clock']:>11.2f}{r['megabytes']:>11.1f}   under {asked[name]}"
         for name, r in results.items()
     ]
     keep(Path(__file__).parent, results, "\n".join(rows))
