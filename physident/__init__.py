@@ -43,6 +43,10 @@ _PUBLIC = {
     "identify": "estimation.identify",
     "Design": "excitation.design",
     "design_trajectory": "excitation.design",
+    "Discrimination": "excitation.discriminate",
+    "design_discriminating": "excitation.discriminate",
+    "Session": "excitation.session",
+    "design_session": "excitation.session",
     "Trajectory": "excitation.trajectory",
     "load_trajectory": "excitation.trajectory",
     "random_trajectory": "excitation.trajectory",
@@ -98,6 +102,8 @@ if TYPE_CHECKING:
     from physident.estimation.knowledge import Bound, Box, Ellipsoid
     from physident.estimation.prior import Entropic, NominalDistance, NoPrior
     from physident.excitation.design import Design, design_trajectory
+    from physident.excitation.discriminate import Discrimination, design_discriminating
+    from physident.excitation.session import Session, design_session
     from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python

@@ -24,8 +24,12 @@ def design(
     robot: RobotOption = None,
     model: Annotated[Path | None, typer.Option("--model", help="A model file: all its effects are excited.")] = None,
     harmonics: Annotated[int, typer.Option("--harmonics", help="Harmonics of each joint's Fourier series.")] = 5,
-    base_frequency: Annotated[float, typer.Option("--base-frequency", help="Base frequency [Hz].")] = 0.15,
-    periods: Annotated[int, typer.Option("--periods", help="How often the period is repeated.")] = 1,
+    base_frequency: Annotated[
+        float | None, typer.Option("--base-frequency", help="Base frequency [Hz]; 0.15, or 0.1 with --discriminate.")
+    ] = None,
+    periods: Annotated[
+        int | None, typer.Option("--periods", help="How often the period is repeated; 1, or 2 with --discriminate.")
+    ] = None,
     limits: Annotated[
         str,
         typer.Option("--limits", help="joint (position, speed, acceleration) or all (and torque, tool, table, links)."),
@@ -36,6 +40,14 @@ def design(
     no_table: Annotated[bool, typer.Option("--no-table", help="There is no table.")] = False,
     clearance: Annotated[float, typer.Option("--clearance", help="Kept between links and to the table [m].")] = 0.02,
     meshes: Annotated[Path | None, typer.Option("--meshes", help="Folder of the URDF's mesh packages.")] = None,
+    discriminate: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--discriminate", metavar="A B", help="Tell two rival effects apart instead."),
+    ] = None,
+    joint: Annotated[int | None, typer.Option("--joint", help="Only on this joint, with --discriminate.")] = None,
+    noise: Annotated[
+        float | None, typer.Option("--noise", help="Torque noise after the filter [N m], with --discriminate.")
+    ] = None,
     csv: Annotated[Path | None, typer.Option("--csv", help="Also write time, q, dq, ddq as a table.")] = None,
     rate: Annotated[float, typer.Option("--rate", help="Rows a second of that table [Hz].")] = 125.0,
     json_file: JsonOption = None,
@@ -43,26 +55,44 @@ def design(
 ) -> None:
     """Design a motion at rest at both ends, within the limits, along which all parameters show best."""
     from physident.excitation.design import design_trajectory
+    from physident.excitation.discriminate import design_discriminating
     from physident.files import write_text
+
+    if discriminate is None and (joint is not None or noise is not None):
+        raise InputError("--joint and --noise belong to --discriminate A B, expected that too")
 
     check_outputs([robot, model], out, csv, json_file, plot=plot)
     source = _source(robot, model)
     with _progress("designing") as progress:
-        found = design_trajectory(
-            source, criterion, limits, harmonics, base_frequency, periods, seed,  # pyright: ignore[reportArgumentType]
-            None if no_table else table, clearance, meshes, progress=progress,
-        )  # fmt: skip
+        settings = {
+            "table": None if no_table else table,
+            "clearance": clearance,
+            "meshes": meshes,
+            "progress": progress,
+        }
+        usual = (0.15, 1) if discriminate is None else (0.1, 2)
+        frequency, repeated = (
+            usual[0] if base_frequency is None else base_frequency,
+            usual[1] if periods is None else periods,
+        )
+        shape = (limits, harmonics, frequency, repeated, seed)
+        if discriminate is None:
+            found = design_trajectory(source, criterion, *shape, **settings)  # pyright: ignore[reportArgumentType]
+            plan = found
+        else:
+            found = design_discriminating(source, *discriminate, joint, *shape, noise, **settings)  # pyright: ignore[reportArgumentType]
+            plan = found.design
     if csv is not None:
-        found.trajectory.write_csv(csv, rate)
+        plan.trajectory.write_csv(csv, rate)
     if plot is not None:
         from physident.view.motion import plot_motion
 
-        plot_motion(found.trajectory, plot)
+        plot_motion(plan.trajectory, plot)
     if json_file is not None:
         write_text(json_file, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
-    found.trajectory.save(out)
-    if found.manipulability.warning:
-        warn(found.manipulability.warning)
+    plan.trajectory.save(out)
+    if plan.manipulability.warning:
+        warn(plan.manipulability.warning)
     typer.echo(
         f"{found!r}\nwritten: {', '.join(str(path) for path in (out, csv, json_file, plot) if path is not None)}"
     )

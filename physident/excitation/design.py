@@ -12,7 +12,7 @@ import numpy as np
 
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
-from physident.excitation.criterion import make_criterion
+from physident.excitation.criterion import Criterion, make_criterion
 from physident.excitation.limits import JointLimits
 from physident.excitation.margins import Margin, joint_margins, workspace_margins
 from physident.excitation.search import GENERATIONS, STARTS, Found, Problem, search
@@ -114,7 +114,10 @@ def design_trajectory(
     """
     task, judged = task_of(source), make_criterion(criterion)
     began = time.perf_counter(), time.process_time()
-    problem = stated(task, limits, harmonics, base_frequency, table, clearance, meshes, judged)
+    arm = (
+        Model.nominal(source) if isinstance(source, Robot) else task.model
+    )  # a robot's torque is all it states of itself
+    problem = stated(task, limits, harmonics, base_frequency, table, clearance, meshes, judged, arm)
     check_counts(periods=periods, starts=starts, generations=generations)
     found = search(problem, seed, starts, generations, progress)
     return described(task, problem, found, limits, periods, seed, began)
@@ -122,17 +125,16 @@ def design_trajectory(
 
 def stated(
     task: Task, limits: str, harmonics: int, base_frequency: float, table: float | None, clearance: float,
-    meshes: str | Path | None, criterion: Any,
+    meshes: str | Path | None, criterion: Criterion, arm: Model,
 ) -> Problem:  # fmt: skip
-    """The problem that a search is to solve; raises InputError for settings that cannot be used."""
-    robot = task.model.robot
+    """The problem that a search is to solve, torques by ``arm``; raises InputError for settings that cannot be used."""
+    robot = arm.robot
     if limits not in LIMITS:
         raise InputError(f"limits is {limits!r}, expected one of {', '.join(LIMITS)}")
     joints = JointLimits.of(robot)
     joints.refuse_stuck()
     series = Series(robot.n, harmonics, base_frequency)
-    nominal = Model.nominal(robot) if len(task.model.effects) == 1 else task.model
-    workspace = Workspace.of(nominal, table, clearance, meshes) if limits == "all" else None
+    workspace = Workspace.of(arm, table, clearance, meshes) if limits == "all" else None
     nodes = task.nodes(series)
     coarse = task.information(series, max(nodes // 2, COARSE_NODES))
     return Problem(series, criterion, task.information(series, nodes), coarse, joints, workspace)

@@ -56,7 +56,8 @@ class Rows:
         if not slope.any():
             return 0.0, np.zeros(y.size)
         weighted = self.jacobian(y) * slope[self.pattern[:, 0]]
-        gradient = np.bincount(self.pattern[:, 1], weighted, y.size)
+        gradient = np.zeros(y.size)
+        np.add.at(gradient, self.pattern[:, 1], weighted)
         return float(below @ below + above @ above), gradient
 
     def only(self, chosen: NDArray[np.bool_]) -> Rows:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from physident.excitation.design import Design
+    from physident.excitation.discriminate import Detectable, Discrimination
 
 BANDS = ((20.0, "good"), (100.0, "usable"))
 
@@ -36,3 +37,29 @@ def design_text(design: Design) -> str:
     band = next((name for limit, name in BANDS if design.condition <= limit), "poor")
     rows.append(f"verdict: {band}; every limit holds, starts and ends at rest")
     return "\n".join(rows)
+
+
+def discrimination_text(found: Discrimination) -> str:
+    """The text of ``Discrimination.__repr__``."""
+    text = design_text(found.design).splitlines()
+    rows = [
+        f"Tells {found.a} from {found.b}: least magnitude that shows beside the rival, worst over its shapes",
+        "  joint  effect                        magnitude  unit          random motions need",
+    ]
+    worst: dict[tuple[int, str], Detectable] = {}
+    for one in found.detectable:
+        key = (one.joint, one.effect)
+        # an effect of several parameters shows as soon as one of them does, a shape is not ours to choose
+        shapes = [d for d in found.detectable if (d.joint, d.effect, d.shape) == (*key, one.shape)]
+        best = min(shapes, key=lambda d: d.magnitude)
+        if key not in worst or best.magnitude > worst[key].magnitude:
+            worst[key] = best
+    for one in worst.values():
+        never = one.magnitude == float("inf")
+        size = "     never" if never else f"{one.magnitude:10.3g}"
+        usual = "never" if one.usual == float("inf") else f"{one.usual:.3g}"
+        more = "" if never or one.usual == float("inf") else f"  ({one.usual / one.magnitude:.1f} times)"
+        rows.append(f"  {one.joint:5d}  {one.effect:<28} {size}  {one.unit:<12}  {usual}{more}")
+    hidden = sorted({one.joint for one in worst.values() if one.magnitude == float("inf")})
+    note = f"; no motion shows it on joint {', '.join(map(str, hidden))}" if hidden else ""
+    return "\n".join([*text[:-1], *rows, f"verdict: every limit holds, starts and ends at rest{note}"])

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.base_parameters import find_base_parameters
-from physident.effects.catalogue import make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
@@ -74,16 +73,16 @@ def task_of(source: Robot | Model | Estimate) -> Task:
     plain = Task(model, model.effects, base.independent, np.ones(base.r), np.ones(n), "unscaled")
     if isinstance(source, Robot):
         return plain
-    columns = np.mean([_squares(plain, seed) for seed in range(REFERENCE_MOTIONS)], axis=0)
     torque = np.mean([_torques(model, seed) for seed in range(REFERENCE_MOTIONS)], axis=0)
     weights = 1 / _positive(np.sqrt(torque))
-    size = np.sqrt((columns * weights**2).sum(axis=1))
-    return Task(model, model.effects, base.independent, 1 / _positive(size), weights, "columns and rows by their size")
+    return sized(replace(plain, weights=weights, weighting="columns and rows by their size"))
 
 
-def extended(model: Model, effects: tuple[str | Effect, ...]) -> tuple[Effect, ...]:
-    """The model's effects and some more."""
-    return (*model.effects, *make_effects(effects))
+def sized(task: Task) -> Task:
+    """The task with columns scaled to unit size along random motions."""
+    plain = replace(task, scale=np.ones(len(task.chosen)))
+    size = np.sqrt(np.mean([_squares(plain, seed).sum(axis=1) for seed in range(REFERENCE_MOTIONS)], axis=0))
+    return replace(task, scale=1 / _positive(size))
 
 
 def _squares(task: Task, seed: int) -> Array:
@@ -96,8 +95,6 @@ def _squares(task: Task, seed: int) -> Array:
 def _torques(model: Model, seed: int) -> Array:
     motion = random_trajectory(model.robot, seed)
     states = motion.states(np.arange(200) / 200 * motion.duration)
-    from dataclasses import replace
-
     return (model.torque(replace(states, rate=200 / motion.duration)) ** 2).mean(axis=0)
 
 
