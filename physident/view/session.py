@@ -136,9 +136,11 @@ def _colour(rec: rr.RecordingStream, c: Content, data: SessionData) -> str:
     if not data.predictions:
         return c.robot.name
     first = data.predictions[0]
-    size = np.sqrt(np.nanmean(data.measured**2, axis=0))
+    known = np.isfinite(data.measured)
+    size = np.sqrt(np.sum(data.measured**2, axis=0, where=known) / np.maximum(known.sum(axis=0), 1))
     share = moving_rms(data.residual(first), data.time, COLOUR_WINDOW) / np.where(size > 0, size, np.inf)
-    full = float(np.nanquantile(share, COLOUR_QUANTILE)) or 1.0
+    told = share[np.isfinite(share)]
+    full = float(np.quantile(told, COLOUR_QUANTILE)) if told.any() else 1.0
     colour_links(rec, "robot", c.robot, data.time, share / full, c.meshes)
     return f"link colour: residual, grey 0 to orange {100 * full:.0f} % of the torque"
 
