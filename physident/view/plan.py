@@ -35,20 +35,25 @@ def plan_of(source: Plan | Motion | Design | str | Path, progress: tuple[float, 
     if isinstance(source, Motion):
         return Plan(source, progress)
     if isinstance(source, Design):
-        return Plan(source.trajectory, progress, json.loads(json.dumps(source.as_dict())))
+        return _from_design(json.loads(json.dumps(source.as_dict())), progress)
     data = _read(source)
     if data.get("schema") != DESIGN:
         return Plan(load_trajectory(source), progress)
     try:
-        motion = Trajectory(**{key: value for key, value in data["trajectory"].items() if key != "kind"})
-        told = tuple(float(value) for value in data.get("progress", ()))
-        plan_words(data)
+        return _from_design(data, progress)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{source}: not a complete design ({error}); design again") from None
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+
+
+def _from_design(data: dict[str, Any], progress: tuple[float, ...]) -> Plan:
+    """The plan of a design as JSON holds it; its own ``progress`` where it has kept one and no other is given."""
+    motion = Trajectory(**{key: value for key, value in data["trajectory"].items() if key != "kind"})
+    told = tuple(float(value) for value in data.get("progress", ()))
+    plan_words(data)
     if not all(math.isfinite(value) and value > 0 for value in told):
-        raise InputError(f"{source}: its progress holds what is no condition number; expected positive numbers")
+        raise InputError("its progress holds what is no condition number; expected positive numbers")
     return Plan(motion, progress or told, data)
 
 
