@@ -120,8 +120,14 @@ def found_on_real_arms() -> str:
 
 def named(findings: list[dict[str, Any]]) -> str:
     """Names and joints of findings."""
-    texts = [f"`{f['effect']}`" + (f" ({', '.join(map(str, f['joints']))})" if f["joints"] else "") for f in findings]
+    texts = [f"`{f['effect']}`" + (f" ({joints(f['joints'])})" if f["joints"] else "") for f in findings]
     return ", ".join(texts) or "nothing"
+
+
+def joints(numbers: list[int]) -> str:
+    """Joints in few signs: three and more in a row as a range."""
+    row = numbers == list(range(numbers[0], numbers[-1] + 1)) and len(numbers) > 2
+    return f"{numbers[0]} to {numbers[-1]}" if row else ", ".join(map(str, numbers))
 
 
 def mass(value: dict[str, Any] | None) -> str:

@@ -57,8 +57,8 @@ def _draw(answers: dict[str, Any], masses: dict[str, Any], path: Path) -> None:
             values = found["score"][side]["relative_percent"]
             errors.plot(at, values, "o-", color=JOINTS[k], alpha=shade, label=f"{label}, {side}")
     errors.set_xticks(at, [str(j + 1) for j in at])
-    errors.set(xlabel="joint", ylabel="error on left-out rows [%]", yscale="log")
-    errors.legend(fontsize=7)
+    errors.set(xlabel="joint", ylabel="error on left-out rows [%]", yscale="log", ylim=(1, 900))
+    errors.legend(fontsize=7, ncols=2)
     for k, value in enumerate(masses.values()):
         if value is not None:
             low, high = value["interval95"]

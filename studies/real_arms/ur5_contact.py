@@ -63,6 +63,6 @@ def _draw(time: Any, apart: Any, truth: Any, found: Any, path: Path) -> None:
         ax.axvspan(a, b, color=effect_colour("contact"), alpha=0.15, label="contact, found" if k == 0 else None)
     for k, (a, b) in enumerate(truth):
         ax.plot([a, b], [-top, -top], "k", linewidth=5, solid_capstyle="butt", label="twins differ" if k == 0 else None)
-    ax.set(xlabel="time [s]", ylabel="pushed less untouched [N m]")
+    ax.set(xlabel="time [s]", ylabel="pushed less untouched [N m]", ylim=(-1.2 * top, 1.5 * top))
     ax.legend(ncols=6, loc="upper center", fontsize=8)
     save(fig, path)
