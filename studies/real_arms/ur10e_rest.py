@@ -52,6 +52,6 @@ def _draw(found: dict[str, Any], path: Path) -> None:
     for k, pose in enumerate(found["poses"]):
         ax.plot(at + 0.15 * (k - 1), pose["held"], "o", color=JOINTS[k], label=pose["source"])
     ax.set_xticks(at, [str(j + 1) for j in at])
-    ax.set(xlabel="joint", ylabel="measured less gravity [N m]", yscale="symlog")
-    ax.legend(fontsize=8)
+    ax.set(xlabel="joint", ylabel="measured less gravity [N m]", yscale="symlog", ylim=(-40, 400))
+    ax.legend(fontsize=8, ncols=2, loc="upper right")
     save(fig, path)

@@ -62,6 +62,6 @@ def _draw(errors: dict[str, dict[str, list[float]]], path: Path) -> None:
         for k, (label, values) in enumerate(each.items()):
             ax.bar(at + 0.27 * (k - 1), values, 0.27, color=("#BBBBBB", JOINTS[0], JOINTS[1])[k], label=label)
         ax.set_xticks(at, [str(j + 1) for j in at])
-        ax.set(title=f"{name}, unseen", xlabel="joint", ylabel="relative error [%]")
+        ax.set(title=f"{name}, unseen", xlabel="joint", ylabel="relative error [%]", ylim=(0, 150))
     axes[0].legend()
     save(fig, path)
