@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
     from physident.robot import Robot
 
+MAX_RATE = 1e5  # Hz: no controller takes more
+
 
 @app.command(short_help="The motion that shows a model's parameters best.")
 def design(
@@ -62,6 +64,8 @@ def design(
         raise InputError("--joint and --noise belong to --discriminate A B, expected that too")
 
     check_outputs([robot, model], out, csv, json_file, plot=plot)
+    if not 0 < rate <= MAX_RATE:
+        raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
     source = _source(robot, model)
     with _progress("designing") as progress:
         settings = {
@@ -119,7 +123,8 @@ def _progress(doing: str) -> Iterator[Callable[[float], None]]:
     from rich.console import Console
     from rich.progress import Progress
 
-    bar = Progress(console=Console(stderr=True), transient=True)
+    console = Console(stderr=True)
+    bar = Progress(console=console, transient=True, disable=not console.is_terminal)
     task, start = bar.add_task(doing, total=1.0), time.monotonic()
 
     def show(share: float) -> None:

@@ -19,7 +19,9 @@ from physident.cli.app import (
     progress,
     read_recordings,
 )
-from physident.errors import InputError
+from physident.errors import InputError, warn
+
+POSES = 2000  # of a recording, evenly spread: more say nothing new of where it comes near a singularity
 
 
 @app.command(short_help="What recordings hold and cannot show.")
@@ -47,8 +49,25 @@ def inspect(
 
         plot_recordings(loaded, plot)
     typer.echo("\n\n".join(map(repr, seen)))
+    if robot is not None:
+        typer.echo("\n" + _manipulability(robot, loaded))
     if effects is not None and robot is not None:
         typer.echo("\n" + _hidden(robot, effects, loaded, cutoff))
+
+
+def _manipulability(robot: str, recordings: list) -> str:
+    """How near the recorded poses come to a singularity, with a warning where they do."""
+    from physident.manipulability import measure_manipulability
+    from physident.robot import load_robot
+
+    arm, rows = load_robot(robot), []
+    for recording in recordings:
+        every = max(1, len(recording.q) // POSES)
+        found = measure_manipulability(arm, recording.q[::every])
+        rows.append(f"{Path(recording.source).name}: {found!r}")
+        if found.warning:
+            warn(f"{recording.source}: {found.warning}")
+    return "\n".join(rows)
 
 
 def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:

@@ -87,6 +87,7 @@ def bounding_capsule(points: Array) -> tuple[Array, Array, float]:
     along = (points - centre) @ axis
     across = points - centre - along[:, None] * axis
     middle = (across.max(axis=0) + across.min(axis=0)) / 2
+    middle -= (middle @ axis) * axis
     aside = np.linalg.norm(across - middle, axis=1)
     radius = float(aside.max())
     # a point nearer to the axis may lie in the round end

@@ -75,6 +75,7 @@ class Information:
         bar = 2 * np.tensordot(slope, self.columns(y), 1)  # (r, n, K)
         by_state = np.zeros((3, self.series.n, self.nodes))
         result = np.zeros(y.size)
+        moved: dict[bool, Signals] = {}
         for effect, own in zip(self.effects, self._places, strict=True):
             if not len(own.kept):
                 continue
@@ -82,9 +83,10 @@ class Information:
             if isinstance(effect, RigidBody):
                 by_state += self._rigid_pullback(q, v, a, own, entries)
             elif effect.pointwise:
-                by_state += np.einsum("ek,esk->sk", entries, self._by_state(effect, own, q, v, a)).reshape(
-                    by_state.shape
-                )
+                if effect.needs_model not in moved:
+                    moved[effect.needs_model] = self._moved(q, v, a, effect.needs_model)
+                slopes = self._by_state(effect, own, moved[effect.needs_model])
+                by_state += np.einsum("ek,esk->sk", entries, slopes).reshape(by_state.shape)
             else:
                 result += np.einsum("ek,yek->y", entries, self._by_number(effect, own, y))
         for s, basis in zip(by_state, self.bases, strict=True):
@@ -110,42 +112,51 @@ class Information:
             if isinstance(effect, RigidBody):
                 values = self._entries(q, v, a) if motions == 1 else torque_entries(self.model.robot, q, v, a)
             else:
-                signals = signals or self._signals(q, v, a, motions)
-                values = self._values(effect, signals)
+                signals = signals or self._signals(q, v, a, motions, self._needs_model)
+                values = self._values(effect, signals, motions)
             Z[own.column, own.row] += values[own.kept] * own.factor[:, None]
         return np.moveaxis(Z.reshape(len(self.chosen), n, motions, K), 2, 0)
 
-    def _signals(self, q: Array, v: Array, a: Array, motions: int) -> Signals:
-        """States of several motions one after another, each a segment that begins at time zero."""
+    def _signals(self, q: Array, v: Array, a: Array, motions: int, referred: bool) -> Signals:
+        """States of several motions one after another, each from time zero on, ``referred`` to the model where asked."""
         K = len(q) // motions
         rate = K / self.series.period
         time = np.tile(np.arange(K) / rate, motions)
-        signals = Signals(time, q, v, a, rate=rate, starts=tuple(range(0, len(q), K)), source="a planned motion")
-        return self.model.refer(signals) if self._needs_model else signals
+        memory = any(not effect.pointwise for effect in self.model.effects)
+        starts = tuple(range(0, len(q), K)) if memory else (0,)  # a segment each only where it matters: they take time
+        signals = Signals(time, q, v, a, rate=rate, starts=starts, source="a planned motion")
+        return self.model.refer(signals) if referred else signals
 
-    def _values(self, effect: Effect, signals: Signals) -> Array:
+    def _values(self, effect: Effect, signals: Signals, motions: int) -> Array:
+        """Values (E, motions K) of an effect; one with a memory begins anew with each motion."""
         robot = self.model.robot
         if effect.pointwise:
             return effect.values(robot, signals)
-        return np.concatenate([effect.values(robot, signals.part(one)) for one in signals.segments], axis=1)
+        K = len(signals.time) // motions
+        parts = (signals.part(slice(k * K, (k + 1) * K)) for k in range(motions))
+        return np.concatenate([effect.values(robot, part) for part in parts], axis=1)
 
-    def _by_state(self, effect: Effect, own: _Place, q: Array, v: Array, a: Array) -> Array:
-        """Derivatives (E, 3 n, K) of an effect's kept values by its sample's own state."""
-        n, K = self.series.n, self.nodes
+    def _moved(self, q: Array, v: Array, a: Array, referred: bool) -> Signals:
+        """The motion with each number of the state moved up and then down: 6 n motions."""
+        n = self.series.n
         states = np.tile(np.concatenate([q, v, a], axis=1), (6 * n, 1, 1))
         for s in range(3 * n):
             states[s, :, s] += STEP
             states[3 * n + s, :, s] -= STEP
         q, v, a = (x.reshape(-1, n) for x in np.split(states, 3, axis=2))
-        signals = self._signals(q, v, a, 6 * n)
-        values = effect.values(self.model.robot, signals)[own.kept].reshape(-1, 2, 3 * n, K)
+        return self._signals(q, v, a, 6 * n, referred)
+
+    def _by_state(self, effect: Effect, own: _Place, moved: Signals) -> Array:
+        """Derivatives (E, 3 n, K) of an effect's kept values by its sample's own state."""
+        values = effect.values(self.model.robot, moved)[own.kept].reshape(-1, 2, 3 * self.series.n, self.nodes)
         return (values[:, 0] - values[:, 1]) / (2 * STEP)
 
     def _by_number(self, effect: Effect, own: _Place, y: Array) -> Array:
         """Derivatives (n m, E, K) of an effect's kept values by the motion's free numbers."""
         moved = np.concatenate([y + STEP * np.eye(y.size), y - STEP * np.eye(y.size)])
         q, v, a = (x.reshape(-1, self.series.n) for x in self.states(moved))
-        values = self._values(effect, self._signals(q, v, a, len(moved)))[own.kept]
+        signals = self._signals(q, v, a, len(moved), effect.needs_model)
+        values = self._values(effect, signals, len(moved))[own.kept]
         up, down = np.moveaxis(values.reshape(len(own.kept), 2, y.size, self.nodes), (1, 2), (0, 1))
         return (up - down) / (2 * STEP)
 

@@ -91,16 +91,23 @@ class Ended:
     status: str
 
 
-def minimise(function: Callable[[Array], tuple[float, Array]], rows: Rows, y: Array, iterations: int) -> Ended:
-    """Minimise a function, which returns its value and gradient (m,), within rows, from ``y`` (m,) on."""
+def minimise(
+    function: Callable[[Array], tuple[float, Callable[[], Array]]], rows: Rows, y: Array, iterations: int
+) -> Ended:
+    """Minimise a function within rows, from ``y`` (m,) on; it returns its value, and what returns its gradient (m,): most
+    points of a line search are never asked for theirs."""
     size = y.size
-    last: list[Any] = [None, 0.0, np.zeros(size)]
+    last: list[Any] = [b"", 0.0, None]
 
-    def both(at: Array) -> tuple[float, Array]:
-        if last[0] is None or not np.array_equal(last[0], at):
-            value, slope = function(at)
-            last[:] = [at.copy(), value, slope]
-        return last[1], last[2]
+    def at(x: Array) -> list[Any]:
+        if last[0] != x.tobytes():
+            value, slope = function(x)
+            last[:] = [x.tobytes(), value, slope]
+        return last
+
+    def both(x: Array) -> list[Any]:
+        now = at(x)
+        return [now[1], now[2]()]
 
     count = len(rows.lower)
     order = np.lexsort((rows.pattern[:, 0], rows.pattern[:, 1]))  # CasADi keeps non-zeros by column
@@ -108,11 +115,9 @@ def minimise(function: Callable[[Array], tuple[float, Array]], rows: Rows, y: Ar
     dense, vector = ca.Sparsity.dense(size, 1), ca.Sparsity.dense(count, 1)
     scalar, empty = ca.Sparsity.dense(1, 1), ca.Sparsity(0, 0)
     nlp = _Call(
-        "nlp", [("x", dense), ("p", empty)], [("f", scalar), ("g", vector)], lambda x: [both(x)[0], rows.value(x)]
+        "nlp", [("x", dense), ("p", empty)], [("f", scalar), ("g", vector)], lambda x: [at(x)[1], rows.value(x)]
     )
-    grad = _Call(
-        "nlp_grad_f", [("x", dense), ("p", empty)], [("f", scalar), ("grad_f_x", dense)], lambda x: list(both(x))
-    )
+    grad = _Call("nlp_grad_f", [("x", dense), ("p", empty)], [("f", scalar), ("grad_f_x", dense)], both)
     jac = _Call(
         "nlp_jac_g", [("x", dense), ("p", empty)], [("g", vector), ("jac_g_x", sparsity)],
         lambda x: [rows.value(x), ca.DM(sparsity, rows.jacobian(x)[order])],

@@ -78,18 +78,17 @@ class Problem:
         """The stages after the first that change something."""
         return tuple(stage for stage in LATER if self.walls is not None or stage.penalty is None)
 
-    def function(self, y: Array, stage: Stage) -> tuple[float, Array]:
-        """What a stage makes small at free numbers (n m,), and its gradient."""
+    def function(self, y: Array, stage: Stage) -> tuple[float, Callable[[], Array]]:
+        """What a stage makes small at free numbers (n m,), and what returns its gradient."""
         criterion = self.criterion
         if isinstance(criterion, Condition):
             criterion = replace(criterion, sharpness=stage.sharpness)
         value, slope = criterion.gradient(self.information.matrix(y))
-        gradient = self.information.pullback(y, slope)
         if self.walls is None or stage.penalty is None:
-            return value, gradient
+            return value, lambda: self.information.pullback(y, slope)
         beyond, outward = self.walls.penalty(y, RESERVE)
         weight = stage.penalty / WORKSPACE_NODES
-        return value + weight * beyond, gradient + weight * outward
+        return value + weight * beyond, lambda: self.information.pullback(y, slope) + weight * outward
 
     def improved(self, found: Found, stage: Stage) -> Found:
         """The motion after a stage, or as it was where that did not help."""

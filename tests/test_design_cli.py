@@ -1,0 +1,69 @@
+"""physident design: files that hold what is printed, options that are refused in one line."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.cli import run
+from tests.robots import TREE
+
+
+def test_design_writes_what_it_prints(tmp_path, capsys):
+    arm = tmp_path / "tree.urdf"
+    arm.write_text(TREE)
+    files = {name: tmp_path / name for name in ("plan.json", "plan.csv", "summary.json", "plan.png")}
+    command = [
+        "design",
+        "--robot",
+        str(arm),
+        "--limits",
+        "joint",
+        "--harmonics",
+        "3",
+        "--base-frequency",
+        "0.2",
+        "--periods",
+        "2",
+    ]
+    outputs = ["--out", "plan.json", "--csv", "plan.csv", "--json", "summary.json", "--plot", "plan.png"]
+    paths = [str(files[word]) if word in files else word for word in outputs]
+    assert run([*command, *paths, "--rate", "50"]) == 0
+    text = capsys.readouterr().out
+    summary = json.loads(files["summary.json"].read_text())
+    motion = pid.load_trajectory(files["plan.json"])
+    assert motion.duration == pytest.approx(10.0)
+    assert f"condition number {summary['condition']:.2f}" in text
+    assert all(one["margin"] > 0 for one in summary["margins"])
+    assert "verdict:" in text
+    assert "manipulability" in text
+    table = np.loadtxt(files["plan.csv"], delimiter=",", skiprows=1)
+    assert table.shape == (501, 1 + 3 * 4)
+    np.testing.assert_allclose(table, np.column_stack(motion.sample(50.0)), atol=1e-9)
+    assert files["plan.png"].stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "which arm?"),
+        (["--robot", "ur5", "--model", "m.json"], "both given"),
+        (["--robot", "ur5", "--limits", "some"], "limits is 'some'"),
+        (["--robot", "ur5", "--criterion", "best"], "criterion is 'best'"),
+        (["--robot", "ur5", "--joint", "2"], "--discriminate"),
+        (["--robot", "ur5", "--discriminate", "payload", "rust", "--noise", "1"], "'rust' cannot be told apart"),
+        (["--robot", "ur5", "--discriminate", "payload", "torque_constant"], "how much torque noise"),
+        (["--robot", "ur5", "--periods", "0"], "periods is 0"),
+        (["--robot", "ur5", "--rate", "-1", "--csv", "x.csv"], "rate"),
+    ],
+)
+def test_bad_options_are_one_line_and_no_file(options, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(["design", *options, "--out", "plan.json"]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

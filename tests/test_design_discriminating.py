@@ -1,0 +1,115 @@
+"""Motions that tell rivals apart: the criterion by an independent projection, the predicted magnitude by a diagnosis' count."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.excitation.discriminate import EVIDENCE, least_magnitudes
+from physident.excitation.rivals import rivals_of, task_of_rivals
+from physident.excitation.series import Series
+from physident.excitation.session import slowed
+from physident.excitation.task import task_of
+
+
+@pytest.fixture(scope="module")
+def arm(ur5) -> pid.Model:
+    return pid.Model.nominal(ur5)
+
+
+def test_separation_is_the_part_outside_baseline_and_rival(arm):
+    """Against least squares on the stacked columns, term by term."""
+    rivals = rivals_of(arm, "stribeck_friction", "load_dependent_friction", 3)
+    task, criterion = task_of_rivals(rivals, task_of(arm))
+    series = Series(6, 4, 0.1)
+    y = 0.4 * np.random.default_rng(0).standard_normal(series.size)
+    information = task.information(series, 64)
+    Y, b = information.stacked(y), criterion.base
+    expected = []
+    for term in criterion.terms:
+        beside = Y[:, [*range(b), *(b + k for k in term.beside)]]
+        own = Y[:, [b + k for k in term.own]]
+        rest = own - beside @ np.linalg.lstsq(beside, own, rcond=None)[0]
+        expected.append(-0.5 * np.log(np.linalg.det(rest.T @ rest)) / own.shape[1])
+    assert float(criterion.values(information.matrix(y))) == pytest.approx(np.mean(expected), rel=1e-3)
+    assert len(criterion.terms) == 4  # three shapes of one, one of the other
+    gradient = information.pullback(y, criterion.gradient(information.matrix(y))[1])
+    d = np.random.default_rng(1).standard_normal(series.size)
+
+    def central(h):
+        sides = [criterion.gradient(information.matrix(y + s * d))[0] for s in (h, -h)]
+        return (sides[0] - sides[1]) / (2 * h)
+
+    assert gradient @ d == pytest.approx((4 * central(1e-5) - central(2e-5)) / 3, rel=1e-5)
+
+
+def test_what_is_told_apart_leaves_the_baseline(arm):
+    rivals = rivals_of(arm, "coulomb_friction", "load_dependent_friction", 2)
+    left = {c.joint for c in rivals.without.columns if c.effect == "coulomb_friction"}
+    assert left == {1, 3, 4, 5, 6}
+    assert rivals.without.parameters("coulomb_friction")[1] == arm.parameters("coulomb_friction")[2]
+    assert rivals_of(arm, "payload", "torque_constant").joints == (1, 2, 3, 4, 5, 6)
+    assert rivals_of(arm, "coupled_friction", "coulomb_friction").joints == (1, 2, 3, 4, 5)
+    for a, b, joint, text in (
+        ("payload", "payload", None, "given twice"),
+        ("rust", "payload", None, "'rust' cannot be told apart"),
+        ("contact", "payload", None, "'contact' cannot"),
+        ("link_inertia", "payload", 6, "joint 6 has no link_inertia"),
+    ):
+        with pytest.raises(pid.InputError, match=text):
+            rivals_of(arm, a, b, joint)
+
+
+def test_least_magnitude_is_where_evidence_reaches_what_is_asked(arm):
+    """An effect of just that size leaves, where the rival is fitted instead, a residual worth the evidence."""
+    rivals = rivals_of(arm, "coulomb_friction", "load_dependent_friction", 2)
+    motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1, duration=20.0)
+    filter, sigma, worth = pid.Filter(), np.full(6, 0.5), np.full(6, 10.0)
+    found = least_magnitudes(arm, rivals, motion, sigma, worth, filter)[0]
+    assert (found.effect, found.joint) == ("coulomb_friction", 2)
+    time, q, v, a = motion.sample(125.0)
+    signals = arm.refer(pid.Signals(time, q, v, a, rate=125.0, cutoff=filter.cutoff))
+    effects = [*rivals.without.effects, *rivals.on("load_dependent_friction", 2)]
+    torque = np.zeros_like(q)
+    torque[:, 1] = found.magnitude * np.tanh(v[:, 1] / 0.01)
+    from dataclasses import replace
+
+    rows = pid.build_regressor(arm.robot, effects, [replace(signals, torque=torque)], filter, model=arm)
+    Y, tau = rows.Y.reshape(-1, len(rows.columns)), rows.torque.ravel()
+    rest = tau - Y @ np.linalg.lstsq(Y, tau, rcond=1e-10)[0]
+    memory = rows.kept_rate / 10.0
+    samples = len(rows.time) * 6 / memory
+    evidence = samples * np.log1p(float(rest @ rest) / 0.25 / memory / samples)
+    assert evidence == pytest.approx(EVIDENCE, rel=1e-2)
+
+
+def test_a_design_shows_smaller_magnitudes(arm):
+    found = pid.design_discriminating(
+        arm, "coulomb_friction", "load_dependent_friction", 2, "joint", harmonics=3, noise=0.5, starts=1, generations=4
+    )
+    assert all(one.margin > 0 for one in found.design.margins)
+    ours = np.prod([one.magnitude for one in found.detectable])
+    usual = np.prod([one.usual for one in found.detectable])
+    assert ours < usual / 2
+    assert "verdict: every limit holds" in repr(found)
+    with pytest.raises(pid.InputError, match="how much torque noise"):
+        pid.design_discriminating(arm, "coulomb_friction", "load_dependent_friction", 2, "joint")
+
+
+def test_a_session_has_what_a_diagnosis_splits_by(ur5):
+    session = pid.design_session(ur5, load=1.5, harmonics=2, starts=1, generations=2, limits="joint")
+    fitted = [leg for leg in session.legs if not leg.holdout]
+    assert len(fitted) == 8
+    assert {(leg.speed, leg.loaded) for leg in fitted} == {(s, x) for s in (1.0, 0.5) for x in (True, False)}
+    assert sum(leg.holdout for leg in session.legs) == 1
+    assert all(leg.trajectory.at_rest and leg.trajectory.duration >= 15 for leg in session.legs)
+    assert all(leg.trajectory.violations(ur5) == [] for leg in session.legs)
+    fast, slow = session.designs[0].trajectory, slowed(session.designs[0].trajectory, 0.5)
+    a, b = fast.states(np.array([1.3])), slow.states(np.array([2.6]))
+    np.testing.assert_allclose(a.q, b.q)
+    np.testing.assert_allclose(a.v, 2 * b.v)
+    np.testing.assert_allclose(a.a, 4 * b.a)
+    for bad in ({"load": -1.0}, {"speeds": (1.0,)}, {"speeds": (1.0, 2.0)}, {"motions": 1}):
+        with pytest.raises(pid.InputError):
+            pid.design_session(ur5, **bad)
