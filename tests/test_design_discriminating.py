@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -110,6 +112,7 @@ def test_a_session_has_what_a_diagnosis_splits_by(ur5):
     np.testing.assert_allclose(a.q, b.q)
     np.testing.assert_allclose(a.v, 2 * b.v)
     np.testing.assert_allclose(a.a, 4 * b.a)
-    for bad in ({"load": -1.0}, {"speeds": (1.0,)}, {"speeds": (1.0, 2.0)}, {"motions": 1}):
+    refused: tuple[dict[str, Any], ...] = ({"load": -1.0}, {"speeds": (1.0,)}, {"speeds": (1.0, 2.0)}, {"motions": 1})
+    for bad in refused:
         with pytest.raises(pid.InputError):
             pid.design_session(ur5, **bad)
