@@ -27,6 +27,28 @@ def real_arms() -> str:
     return "\n".join(rows)
 
 
+def _designed() -> list[tuple[str, str, str]]:
+    """What designed motions reach, and what they bring."""
+    kept = results("excitation")
+    pays, medians = kept["pays"], {}
+    for name in ("whole", "all_limits"):
+        found = kept["designed"][name]
+        medians[name] = [sorted(found[key])[len(found[key]) // 2] for key in ("condition", "processor_seconds")]
+    (joint, joint_seconds), (every, every_seconds) = medians["whole"], medians["all_limits"]
+    return [
+        (
+            f"condition number of a motion designed for a UR5's 36 base parameters (thesis: {kept['thesis']['whole']:.0f} after 218 h)",
+            f"{joint:.1f} in {joint_seconds:.0f} s of processor time; {every:.1f} in {every_seconds:.0f} s with torque, tool, table and links",
+            "excitation",
+        ),
+        (
+            "errors of 58 parameters from 20 s of random motion, over those from a designed one, median",
+            f"{pays['joint']['median_ratio']:.1f} within joint limits, {pays['all']['median_ratio']:.0f} within all",
+            "excitation",
+        ),
+    ]
+
+
 def measured() -> str:
     """What the studies on known truths show, a line each."""
     coverage = results("calibration")["coverage"]
@@ -80,6 +102,7 @@ def measured() -> str:
             "thesis",
         )
     )
+    rows += _designed()
     lines = ["| what | figure | study |", "|---|---|---|"]
     return "\n".join(
         lines + [f"| {what} | {figure} | [{study}](studies/{study}/README.md) |" for what, figure, study in rows]
