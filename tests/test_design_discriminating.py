@@ -63,6 +63,18 @@ def test_what_is_told_apart_leaves_the_baseline(arm):
             rivals_of(arm, a, b, joint)
 
 
+def test_a_change_of_a_link_shows_beside_a_model_that_is_held(arm):
+    rivals = rivals_of(arm, "payload", "torque_constant", 2)
+    assert rivals.held
+    task, criterion = task_of_rivals(rivals, task_of(arm))
+    assert criterion.base == 0
+    assert len(task.chosen) == 11
+    motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1)
+    found = least_magnitudes(arm, rivals, motion, np.full(6, 0.5), np.full(6, 10.0), pid.Filter())
+    mass = next(one for one in found if one.parameter == "payload_mass")
+    assert 0.001 < mass.magnitude < 0.5  # kg, by 0.5 N m of noise at an arm's length
+
+
 def test_least_magnitude_is_where_evidence_reaches_what_is_asked(arm):
     """An effect of just that size leaves, where the rival is fitted instead, a residual worth the evidence."""
     rivals = rivals_of(arm, "coulomb_friction", "load_dependent_friction", 2)

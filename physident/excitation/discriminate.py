@@ -50,10 +50,12 @@ class Detectable:
 @dataclass(frozen=True, eq=False)
 class Discrimination:
     """A ``design`` that tells effects ``a`` and ``b`` apart, and the magnitudes that it can show, under torque noise of
-    ``noise`` (n,) [N m|N] of which ``worth`` (n,) [1/s] samples a second are independent."""
+    ``noise`` (n,) [N m|N] of which ``worth`` (n,) [1/s] samples a second are independent. The model is ``held`` where it
+    would take up a rival whole, as on recordings new to it; else it is refitted."""
 
     a: str
     b: str
+    held: bool
     design: Design
     detectable: tuple[Detectable, ...]
     noise: tuple[float, ...]
@@ -65,7 +67,12 @@ class Discrimination:
             {key: None if value == float("inf") else value for key, value in asdict(one).items()}
             for one in self.detectable
         ]
-        own = {"effects": [self.a, self.b], "noise": list(self.noise), "worth_per_second": list(self.worth)}
+        own = {
+            "effects": [self.a, self.b],
+            "model_held": self.held,
+            "noise": list(self.noise),
+            "worth_per_second": list(self.worth),
+        }
         return self.design.as_dict() | own | {"detectable": rows}
 
     def __repr__(self) -> str:
@@ -95,7 +102,7 @@ def design_discriminating(
     """The motion on which two rival effects can be told apart, on one ``joint`` (from 1) or on all where both can be.
 
     It makes large what neither the model without the two, refitted, nor the rival at any shape can imitate of an
-    effect's columns, for both effects alike. ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate``
+    effect's columns, for both effects alike. A change of a link shows only beside a model that is held, and is judged so. ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate``
     has its own. The other arguments are those of ``design_trajectory``. Raises InputError for effects, joints or
     settings that cannot be used, NotSolvedError where no motion within the limits was found.
     """
@@ -117,7 +124,9 @@ def design_discriminating(
     others = [least_magnitudes(arm, rivals, motion, sigma, worth, filter) for motion in usual]
     medians = np.median([[one.magnitude for one in other] for other in others], axis=0)
     detectable = tuple(replace(one, usual=float(m)) for one, m in zip(shown, medians, strict=True))
-    return Discrimination(effect_a, effect_b, design, detectable, tuple(map(float, sigma)), tuple(map(float, worth)))
+    return Discrimination(
+        effect_a, effect_b, rivals.held, design, detectable, tuple(map(float, sigma)), tuple(map(float, worth))
+    )
 
 
 def least_magnitudes(
@@ -132,7 +141,7 @@ def least_magnitudes(
     result = []
     for joint in rivals.joints:
         for name, other in ((rivals.a, rivals.b), (rivals.b, rivals.a)):
-            beside = [*rivals.without.effects, *rivals.on(other, joint)]
+            beside = [*rivals.refitted, *rivals.on(other, joint)]
             whole = build_regressor(model.robot, beside, [signals], filter, model=model)
             memory = np.maximum(whole.kept_rate / worth, 1.0)
             baseline = Baseline.of(whole, 1 / (sigma * np.sqrt(memory)))

@@ -43,7 +43,8 @@ def discrimination_text(found: Discrimination) -> str:
     """The text of ``Discrimination.__repr__``."""
     text = design_text(found.design).splitlines()
     rows = [
-        f"Tells {found.a} from {found.b}: least magnitude that shows beside the rival, worst over its shapes",
+        f"Tells {found.a} from {found.b}: least magnitude that shows beside the rival, worst over its shapes;"
+        f" the model is {'held' if found.held else 'refitted'}",
         "  joint  effect                        magnitude  unit          random motions need",
     ]
     worst: dict[tuple[int, str], Detectable] = {}

@@ -17,6 +17,7 @@ from physident.robot import Robot
 
 SHAPES = 3  # of an effect's grid: its quarters
 WHOLE_ARM = ("payload", "gravity_tilt", "time_delay")
+LINKS = ("payload", "link_inertia")
 UNTOLD = (
     "rigid_body",
     "contact",
@@ -26,13 +27,23 @@ UNTOLD = (
 @dataclass(frozen=True, eq=False)
 class Rivals:
     """Effects ``a`` and ``b`` on ``joints`` (from 1), the model ``without`` them there, and each one's ``options``: the
-    effect on all its joints at one shape."""
+    effect on all its joints at one shape. The model is refitted beside them, or ``held`` where it holds one of them whole."""
 
     a: str
     b: str
     joints: tuple[int, ...]
     without: Model
     options: tuple[tuple[Effect, ...], tuple[Effect, ...]]
+
+    @property
+    def held(self) -> bool:
+        """A change of a link lies inside a rigid body that is refitted: only beside a model that stays does it show."""
+        return any(name in LINKS for name in (self.a, self.b))
+
+    @property
+    def refitted(self) -> tuple[Effect, ...]:
+        """The effects that may take up a rival's torque."""
+        return () if self.held else self.without.effects
 
     def on(self, name: str, joint: int) -> list[Effect]:
         """The options of one of the two on one joint."""
@@ -65,7 +76,7 @@ def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
 def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
     """The columns of a motion that tells rivals apart, and its criterion; rows are weighted as in a ``task``."""
     robot, model = rivals.without.robot, rivals.without
-    base = find_base_parameters(robot, model.effects)
+    independent = np.zeros(0, dtype=np.intp) if rivals.held else find_base_parameters(robot, model.effects).independent
     effects = [*model.effects, *rivals.options[0], *rivals.options[1]]
     at = len(model.columns)
     places: list[dict[int, list[tuple[int, ...]]]] = []
@@ -80,7 +91,7 @@ def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
             at += len(columns)
         places.append(place)
     extra = list(range(len(model.columns), at))
-    chosen = np.array([*base.independent, *extra], dtype=np.intp)
+    chosen = np.array([*independent, *extra], dtype=np.intp)
     position = {c: k for k, c in enumerate(extra)}
     terms = []
     for joint in rivals.joints:
@@ -88,7 +99,7 @@ def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
             beside = tuple(sorted({position[c] for option in other[joint] for c in option}))
             terms += [Term(tuple(position[c] for c in own), beside) for own in one[joint]]
     plain = Task(model, tuple(effects), chosen, np.ones(len(chosen)), task.weights, task.weighting)
-    return sized(plain), Separation(base.r, tuple(terms))
+    return sized(plain), Separation(len(independent), tuple(terms))
 
 
 def _last(name: str, n: int) -> int:
