@@ -101,13 +101,29 @@ def test_a_column_of_the_baseline_has_no_share_and_one_across_it_has_all() -> No
 
 
 def test_folds_are_recordings_from_four_on_else_blocks_with_gaps() -> None:
-    evidence, _ = made(0.0)
-    assert set(folds(evidence.regressor, 3.0, 1)) >= {OUTSIDE, 0, 1, 2, 3}
-    labels = folds(evidence.regressor, 3.0, 1)
+    evidence, baseline = made(0.0)
+    now = fit(evidence, baseline)
+    labels = folds(evidence, baseline, now, 3.0, 1, seed=0)
+    assert set(labels) >= {OUTSIDE, 0, 1, 2, 3}
     for a, b in itertools.pairwise(labels):
         assert a == b or OUTSIDE in (a, b)  # blocks never touch
     recording = np.repeat(np.arange(5), 48)
-    assert (folds(replace(evidence.regressor, recording=recording), 3.0, 5) == recording).all()
+    several = replace(evidence, regressor=replace(evidence.regressor, recording=recording))
+    assert (folds(several, baseline, now, 3.0, 5, seed=0) == recording).all()
+
+
+def test_a_recording_that_shows_what_no_other_does_is_no_fold() -> None:
+    """One parameter is excited by the last of five recordings alone: left out, it would be judged by a guess."""
+    evidence, baseline = made(0.0)
+    recording = np.repeat(np.arange(5), 48)
+    several = replace(evidence, regressor=replace(evidence.regressor, recording=recording))
+    alone = tuple(
+        B * np.where((np.arange(B.shape[1]) == 0) & (recording[:, None] < 4), 1e-4, 1.0) for B in baseline.joints
+    )
+    one = Baseline(alone, baseline.prior)
+    labels = folds(several, one, fit(several, one), 3.0, 5, seed=0)
+    assert (labels != recording).any()
+    assert len(np.unique(labels[recording == 4])) > 1
 
 
 def test_the_evidence_of_pure_noise_stays_small_and_that_of_the_truth_is_a_likelihood_ratio() -> None:

@@ -22,7 +22,8 @@ def floor(folder: Path, motions: list[Motion], seeds: tuple[int, ...]) -> np.nda
         record(Arm(), motion, Sensors(), seed).write_csv(folder / f"{seed}.csv")
     robot = pid.load_robot("ur5")
     signals = prepare_all(robot, pid.load_recordings([folder / f"{seed}.csv" for seed in seeds]), FILTER)
-    return noise_floor(build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), signals, FILTER), signals)
+    regressor = build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
+    return noise_floor(regressor, signals, regressor.torque)
 
 
 def test_a_motion_made_twice_shows_the_instruments_noise_through_the_filter(tmp_path: Path) -> None:

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, noise_memory
+from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, noise
 from physident.diagnosis.extension import Extension, extend
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.question import Freedom, Question, freedom
+from physident.diagnosis.row_noise import row_weights, weighted
 from physident.diagnosis.velocity_noise import SignByPosition
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
+from physident.estimation.uncertainty import correlation_rows
 from physident.model import Model
 from physident.regressor import Regressor, build_regressor
 from physident.signals import Filter, Signals
@@ -36,7 +38,8 @@ class Accepted:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The question, the model it is put to, the signals, and a regressor of the model's columns and all candidates'."""
+    """The question, the model it is put to, the signals, and a regressor of the model's columns and all candidates', its rows
+    multiplied by ``weights`` (M, n)."""
 
     question: Question
     start: Estimate | Model
@@ -48,6 +51,7 @@ class Case:
     freedom: Freedom
     fold: NDArray[np.intp]
     memory: Array
+    weights: Array
     known: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns evaluated before
 
     @property
@@ -78,9 +82,19 @@ class Case:
         case = Case(
             question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
             freedom(start, question, regressor, nuisance), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
+            np.ones(regressor.torque.shape),
         )  # fmt: skip
-        memory = noise_memory(case.evidence(model), case.freedom.baseline(regressor))
-        return replace(case, memory=memory, fold=folds(regressor, float(memory.max()), len(signals)))
+        weights = row_weights(model, signals, filter, case._noise(model).sigma)
+        case = replace(case, weights=weights, regressor=weighted(regressor, weights))
+        memory = correlation_rows(regressor, case._noise(model).residual)
+        case = replace(case, memory=memory)
+        evidence, baseline = case.evidence(model), case.freedom.baseline(case.regressor)
+        now = fit(evidence, baseline)
+        return replace(case, fold=folds(evidence, baseline, now, float(memory.max()), len(signals), seed))
+
+    def _noise(self, model: Model) -> Fit:
+        """What no candidate explains."""
+        return noise(self.evidence(model), self.freedom.baseline(self.regressor))
 
     def evidence(self, model: Model) -> Evidence:
         """Candidates and the torque that the model as it came leaves, columns that depend on a model by ``model``."""
@@ -138,7 +152,7 @@ class Case:
         for j, rows in enumerate(own.joints):
             values = np.zeros((len(own.time), k))
             values[:, rows.columns] = rows.values
-            result.append(values * self.regressor.counted[:, j : j + 1])
+            result.append(values * (self.weights * self.regressor.counted)[:, j : j + 1])
         return result
 
     def _referred(self, model: Model) -> Regressor:
@@ -150,7 +164,7 @@ class Case:
         owner = [effect for effect in effects for _ in effect.columns(model.robot)]
         places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
         fresh = build_regressor(model.robot, dependent, self.signals, self.filter, model=model)
-        return self.regressor.with_columns(fresh, places)
+        return self.regressor.with_columns(weighted(fresh, self.weights), places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +223,16 @@ class State:
                 if (np.linalg.norm(new - old, axis=0) > NEAR * np.linalg.norm(old, axis=0)).any():
                     return False
         return True
+
+    @property
+    def residual(self) -> Array:
+        """The fit's residual (M, n) [N m|N] without the rows' weights."""
+        return self.fit.residual / self.case.weights
+
+    @property
+    def torque(self) -> Array:
+        """The measured torque (M, n) [N m|N] after the filter."""
+        return self.evidence.regressor.torque / self.case.weights
 
     @property
     def inside(self) -> NDArray[np.bool_]:

@@ -29,14 +29,13 @@ CONTACT = Candidate("contact", (), (Option(None, ()),))
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """The best interval for each response: ``evidence`` (S,), squared weighted residuals ``before`` (n, S) on all rows and
-    their ``gain`` (n, S) by it; for the first response its ``effect``, and ``windows`` (W, n): gains of its pieces."""
+    """The best interval for each response: its ``evidence`` (S,); for the first response its ``effect``, ``windows`` (W, n),
+    the gains of its pieces, and the ``reduction`` [%] of RMS over all joints of its own recording."""
 
     evidence: Array
-    before: Array
-    gain: Array
     effect: Contact
     windows: Array
+    reduction: float
 
 
 def scan(state: State, responses: Array) -> Scan:
@@ -45,13 +44,13 @@ def scan(state: State, responses: Array) -> Scan:
     residual = _residual(state, responses) * now.weights[:, None]
     before = np.einsum("mjs,mjs->js", residual, residual)
     best, gain = np.full(residual.shape[2], -np.inf), np.zeros(before.shape)
-    effect, windows = Contact(), np.zeros((0, len(now.weights)))
+    effect, windows, reduction = Contact(), np.zeros((0, len(now.weights))), 0.0
     for index, signals in enumerate(state.case.signals):
         rows = regressor.recording == index
         time = regressor.time[rows] - signals.origin
         at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
         J = tool_jacobian(state.case.model.robot, signals.q[at]) * now.weights
-        J = J * regressor.counted[rows][:, None, :]
+        J = J * (state.case.weights * regressor.counted)[rows][:, None, :]
         for phase in PHASES:
             start = np.floor(time[0] / PIECE) * PIECE + phase
             label = np.floor((time - start) / PIECE).astype(int)
@@ -68,8 +67,10 @@ def scan(state: State, responses: Array) -> Scan:
                     Contact(intervals=(ends,), recording=signals.recording),
                     judged[first[0] : last[0], :, 0],
                 )
+                left = 1 - float(own[:, 0].sum()) / max(float(np.sum(residual[rows][:, :, 0] ** 2)), 1e-300)
+                reduction = 100 * (1 - float(np.sqrt(max(left, 0.0))))
     worth = regressor.counted.sum(axis=0) / now.memory
-    return Scan(evidence_of(before, gain, worth), before, gain, effect, windows)
+    return Scan(evidence_of(before, gain, worth), effect, windows, reduction)
 
 
 def placed(state: State, effect: Contact) -> Contact:
@@ -103,7 +104,8 @@ def by_others(state: State, effect: Contact, weights: Array) -> Array:
     time = regressor.time - signals.origin
     rows = (regressor.recording == index) & (time >= start) & (time < end)
     at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
-    J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights * regressor.counted[rows][:, None, :]
+    J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights
+    J = J * (state.case.weights * regressor.counted)[rows][:, None, :]
     residual = _residual(state, state.evidence.response[:, :, None])[rows] * weights[:, None]
     return _windows(J, residual, np.floor((time[rows] - start) / PIECE + 1e-9).astype(int))[:, :, 0]
 

@@ -30,6 +30,7 @@ from physident.validation import compare, validate, with_gains
 from physident.visibility import VISIBLE
 
 Array = NDArray[np.float64]
+SILENT = 1e-9  # N m a unit: rounding
 
 
 def diagnose(
@@ -64,7 +65,7 @@ def diagnose(
     sure = certainty(state)
     named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure)
     extended = replace(refit(state, sure, gained), columns=layout, drive_gains=gains) if named else None
-    remainder, floor = describe(state), noise_floor(case.regressor, case.signals)
+    remainder, floor = describe(state), noise_floor(case.regressor, case.signals, state.torque)
     before, after = _levels(case, found.first.state, state, model, extended, holdout)
     return Diagnosis(
         question, _verdict(bool(named), remainder, floor), named, before, after,
@@ -125,12 +126,12 @@ def _levels(
 
 
 def _left_out(state: State) -> Levels:
-    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights)
-    regressor, inside = state.evidence.regressor, state.inside
+    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights) / state.case.weights
+    regressor, inside, torque = state.evidence.regressor, state.inside, state.torque
     each = []
     for index in np.unique(regressor.recording[inside]):
         rows = inside & (regressor.recording == index)
-        size = np.linalg.norm(regressor.torque[rows], axis=0)
+        size = np.linalg.norm(torque[rows], axis=0)
         each.append(100 * np.linalg.norm(residual[rows], axis=0) / np.where(size > 0, size, 1.0))
     rows = np.maximum(regressor.counted[inside].sum(axis=0), 1)
     return Levels(np.sqrt((residual[inside] ** 2).sum(axis=0) / rows), np.mean(each, axis=0))
@@ -146,10 +147,12 @@ def _placebos(last: Look) -> tuple[Placebo, ...]:
 
 def _unseen(first: Look) -> tuple[Unseen, ...]:
     """Effects that lie inside the baseline, or show no torque, at the first look."""
-    result = []
-    for candidate, share in zip(first.state.evidence.candidates, first.share, strict=True):
+    result, evidence = [], first.state.evidence
+    for candidate, share in zip(evidence.candidates, first.share, strict=True):
         if share < VISIBLE and not candidate.placebo:
-            reason = "shows no torque" if share <= 0 else "inside what the baseline may take up"
+            columns = evidence.everywhere(candidate.options[0].columns)
+            silent = max(float(np.abs(own).max(initial=0.0)) for own in columns) < SILENT
+            reason = "shows no torque" if silent else "inside what the baseline may take up"
             result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
 

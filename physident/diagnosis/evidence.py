@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.options import OptionClass
-from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels, correlation_rows
+from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels
 from physident.regressor import Regressor
 
 Array = NDArray[np.float64]
@@ -116,36 +116,64 @@ def fit(evidence: Evidence, baseline: Baseline) -> Fit:
         sigma = np.minimum(after, sigma)
 
 
-def noise_memory(evidence: Evidence, baseline: Baseline) -> Array:
-    """Memory (n,) in rows of what no candidate explains: the residual beside all of them at once, each at the middle of
-    its grid. A missing effect is part of the baseline's own residual, whose memory is the motion's."""
+def noise(evidence: Evidence, baseline: Baseline) -> Fit:
+    """What no candidate explains: the fit of all of them at once beside a baseline, each at the middle of its grid. A missing
+    effect is part of the baseline's own residual, whose memory is the motion's."""
     middle = [c.options[len(c.options) // 2].columns for c in evidence.candidates if not c.placebo]
     every = baseline.joined(evidence.everywhere([column for columns in middle for column in columns]))
-    return correlation_rows(evidence.regressor, fit(evidence, every).residual)
+    return fit(evidence, every)
 
 
-def folds(regressor: Regressor, memory: float, recordings: int) -> NDArray[np.intp]:
-    """The fold (M,) of each row: recordings from four on, else contiguous blocks with a gap of one memory between."""
+def folds(
+    evidence: Evidence, baseline: Baseline, now: Fit, memory: float, recordings: int, seed: int
+) -> NDArray[np.intp]:
+    """The fold (M,) of each row: by recording from four on, unless one shows what no other does; else by blocks."""
+    regressor = evidence.regressor
     if recordings >= FOLDS[0]:
-        return regressor.recording % FOLDS[1]
-    total = len(regressor.segment)
-    length = max(math.ceil(MEMORIES * memory), math.ceil(total / FOLDS[1]))
-    length = min(length, total // FOLDS[0])
+        result = regressor.recording % FOLDS[1]
+        if not _extrapolates(evidence, baseline, now, result):
+            return result
+    return _by_blocks(regressor, memory, seed)
+
+
+def _by_blocks(regressor: Regressor, memory: float, seed: int) -> NDArray[np.intp]:
+    """Blocks of ten memories with a gap of one between, dealt to the folds in turns whose order is drawn.
+
+    Each fold then holds a bit of every part of the motion, and none in step with a motion that repeats.
+    """
+    length = min(math.ceil(MEMORIES * memory), len(regressor.segment) // FOLDS[0])
     labels = block_labels(regressor.segment, length)
+    count = labels[-1] + 1
+    k = min(FOLDS[1], count)
+    rng = np.random.default_rng([seed, 23])
+    dealt = np.concatenate([rng.permutation(k) for _ in range(math.ceil(count / k))])
+    result = dealt[labels]
     gap = math.ceil(min(memory, length / MEMORIES))
-    result = labels.copy()
-    for label in np.unique(labels)[1:]:
+    for label in range(1, count):
         rows = np.flatnonzero(labels == label)
-        if rows[0] and regressor.segment[rows[0] - 1] == regressor.segment[rows[0]]:
+        if regressor.segment[rows[0] - 1] == regressor.segment[rows[0]]:
             result[rows[:gap]] = OUTSIDE
     return result
 
 
+def _extrapolates(evidence: Evidence, baseline: Baseline, now: Fit, fold: NDArray[np.intp]) -> bool:
+    """Whether in some fold the baseline's own uncertainty, without that fold, is larger than the noise it is judged by."""
+    counted = evidence.regressor.counted
+    for f in np.unique(fold):
+        rows = fold == f
+        parts = [w * B[rows] for w, B in zip(now.weights, baseline.joints, strict=True)]
+        H = np.sum([B.T @ B for B in parts], axis=0)
+        if np.sum(H * inverted(now.normal - H)) > np.sum(counted[rows].sum(axis=0) / evidence.memory):
+            return True
+    return False
+
+
 def blocks(evidence: Evidence, memory: float) -> NDArray[np.intp]:
     """Labels (M,) of the blocks that errors are counted by, within folds; OUTSIDE in gaps."""
-    inside = evidence.fold != OUTSIDE
+    fold, segment = evidence.fold, evidence.regressor.segment
+    inside = fold != OUTSIDE
     length = min(math.ceil(MEMORIES * memory), max(1, int(inside.sum()) // FEWEST_BLOCKS))
-    pieces = evidence.fold + (evidence.fold.max() + 2) * evidence.regressor.segment
+    runs = np.cumsum(np.append(False, (fold[1:] != fold[:-1]) | (segment[1:] != segment[:-1])))
     result = np.full(len(inside), OUTSIDE)
-    result[inside] = block_labels(pieces[inside], length)
+    result[inside] = block_labels(runs[inside], length)
     return result

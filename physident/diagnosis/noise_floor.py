@@ -16,23 +16,23 @@ AT_FLOOR = 1.1  # times the floor: what a tenth more torque error means lies ins
 SHORTEST = 5.0  # s that must repeat: a slow stretch alone can be like another
 
 
-def noise_floor(regressor: Regressor, signals: Sequence[Signals]) -> Array | None:
-    """RMS (n,) [N m|N] of the torque that does not repeat with the motion, after the filter; None where no motion repeats.
+def noise_floor(regressor: Regressor, signals: Sequence[Signals], torque: Array) -> Array | None:
+    """RMS (n,) [N m|N] of the filtered ``torque`` (M, n) that does not repeat with the motion; None where no motion repeats.
 
     Two recordings, or one and itself later, whose positions and velocities agree for five seconds or more tell it: the
     difference of their torques over the square root of two.
     """
-    total, rows = np.zeros(regressor.torque.shape[1]), 0
+    total, rows = np.zeros(torque.shape[1]), 0
     for i in range(len(signals)):
         for k in range(i, len(signals)):
-            difference = _difference(regressor, signals, i, k)
+            difference = _difference(regressor, signals, torque, i, k)
             if difference is not None:
                 total += (difference**2).sum(axis=0) / 2
                 rows += len(difference)
     return np.sqrt(total / rows) if rows else None
 
 
-def _difference(regressor: Regressor, signals: Sequence[Signals], i: int, k: int) -> Array | None:
+def _difference(regressor: Regressor, signals: Sequence[Signals], torque: Array, i: int, k: int) -> Array | None:
     """Difference (R, n) of the torques of two recordings where their motions agree, None where they do not."""
     from scipy.interpolate import CubicSpline
 
@@ -48,7 +48,7 @@ def _difference(regressor: Regressor, signals: Sequence[Signals], i: int, k: int
     inside = (at >= regressor.time[its][0]) & (at <= regressor.time[its][-1])
     if np.count_nonzero(inside) < SHORTEST * regressor.kept_rate:
         return None
-    return regressor.torque[own][inside] - CubicSpline(regressor.time[its], regressor.torque[its])(at[inside])
+    return torque[own][inside] - CubicSpline(regressor.time[its], torque[its])(at[inside])
 
 
 def _shift(one: Signals, other: Signals, same: bool) -> int | None:

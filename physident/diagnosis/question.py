@@ -68,18 +68,22 @@ class Freedom:
 def freedom(
     model: Estimate | Model, question: Question, regressor: Regressor, nuisance: tuple[int, ...] = ()
 ) -> Freedom:
-    """Missing: every base parameter is free, and the ``nuisance`` columns. Different: each is held within its covariance;
-    both arms met the same nuisance. Nominal: none moves."""
+    """Missing: every base parameter is free. Different: each is held within its covariance. Nominal: none moves. The
+    ``nuisance`` columns are free always: how much they matter depends on the motion, healthy arm or not."""
     if isinstance(model, Model):
-        return Freedom(np.zeros((len(model.theta), 0)), np.zeros(0), ())
-    base = model.base
-    select = np.zeros((len(model.theta), base.r))
-    select[base.independent, np.arange(base.r)] = 1.0
-    if question == "missing":
-        whole = np.column_stack([select, np.zeros((len(select), len(nuisance)))])
-        return Freedom(whole, np.zeros(whole.shape[1]), (), nuisance)
-    root, held = _root(model, regressor)
-    return Freedom(select @ root, np.ones(root.shape[1]), held)
+        maps, prior, held = np.zeros((len(model.theta), 0)), np.zeros(0), ()
+    elif question == "missing":
+        maps = np.zeros((len(model.theta), model.base.r))
+        maps[model.base.independent, np.arange(model.base.r)] = 1.0
+        prior, held = np.zeros(model.base.r), ()
+    else:
+        root, held = _root(model, regressor)
+        maps = np.zeros((len(model.theta), root.shape[1]))
+        maps[model.base.independent] = root
+        prior = np.ones(root.shape[1])
+    k = len(nuisance)
+    whole = np.column_stack([maps, np.zeros((len(maps), k))])
+    return Freedom(whole, np.concatenate([prior, np.zeros(k)]), held, nuisance)
 
 
 def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:

@@ -38,7 +38,7 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
         Source(r.source, r.sha256, r.duration, float(np.count_nonzero(regressor.recording == i) / regressor.kept_rate))
         for i, r in enumerate(recordings)
     )
-    size = np.linalg.norm(regressor.torque, axis=0)
+    size, counted = np.linalg.norm(state.torque, axis=0), regressor.counted.sum(axis=0)
     decided = np.sqrt(np.maximum(np.diag(covariance), 0.0)) > 0
     matrices = physical_cones(model.robot, model.effects).matrices
     eigenvalues = np.linalg.eigvalsh(state.fit.normal / _scale(state.fit.normal))
@@ -47,8 +47,8 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
         eigenvalues=tuple(smallest_share(m.at(model.theta)) for m in matrices),
     )  # fmt: skip
     return Estimate(
-        model, WLS(), covariance, state.fit.sigma,
-        100 * np.linalg.norm(state.fit.residual, axis=0) / np.where(size > 0, size, 1.0),
+        model, WLS(), covariance, np.linalg.norm(state.residual, axis=0) / np.sqrt(counted),
+        100 * np.linalg.norm(state.residual, axis=0) / np.where(size > 0, size, 1.0),
         len(regressor.time) / correlation_rows(regressor, state.fit.residual), certificate, case.filter, (*before.sources, *sources), before.columns,
         before.drive_gains, before.blocks, base_shares=tuple(float(d) for d in decided),
     )  # fmt: skip

@@ -62,13 +62,13 @@ class Remainder:
 
 def describe(state: State) -> tuple[Remainder, ...]:
     """The residual of each joint of a fitted state."""
-    regressor, now = state.evidence.regressor, state.fit
+    regressor, residual = state.evidence.regressor, state.residual
     rate = regressor.kept_rate
     white = _white_memory(state)
-    memory = correlation_rows(regressor, now.residual)
+    memory = correlation_rows(regressor, residual)
     q, v, load = (_at_rows(state, name) for name in ("q", "v", "load"))
     result = []
-    for j, r in enumerate(now.residual.T):
+    for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
         total = max(float(power.sum()), 1e-300)
         worth = len(r) / memory[j]

@@ -40,7 +40,7 @@ def _finding(state: State, group: Sequence[Examined], sure: Certainty) -> Findin
     contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
     return Finding(
         name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
-        _advice(name, rivals), float(sum(e.gain for e in group)),
+        _advice(name, joints, rivals), float(sum(e.gain for e in group)),
     )  # fmt: skip
 
 
@@ -116,10 +116,15 @@ def _short(name: str, effect: str) -> str:
     return stem or effect
 
 
-def _advice(name: str, rivals: Sequence[Rival]) -> str:
-    """What would separate the first rival."""
+def _advice(name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
+    """What would separate the first rival: its signature's words where the catalogue has them, and the motion to record."""
     if not rivals:
         return ""
-    other = rivals[0].effect
-    said = [text for own, text in ((other, CATALOGUE[name].rivals), (name, CATALOGUE[other].rivals)) if own in text]
-    return said[0] if said else CATALOGUE[name].rivals
+    other = rivals[0]
+    told = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
+    said = [f"{text}. " for own, text in told if own in text][:1]
+    joint = f" --joint {joints[0]}" if tuple(joints) == other.joints and len(joints) == 1 else ""
+    if other.effect == name:
+        return said[0].strip() if said else ""
+    command = f"physident design --model MODEL --discriminate {name} {other.effect}{joint} --out motion.json"
+    return f"{said[0] if said else ''}The motion that does: {command}"

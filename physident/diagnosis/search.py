@@ -13,6 +13,7 @@ from physident.diagnosis.case import Accepted, Case, State
 from physident.diagnosis.contact import CONTACT, Scan, placed, scan
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.gains import evidence_of, gains, shares
+from physident.diagnosis.intervals import resampled_reduction
 from physident.diagnosis.left_out import block_costs, left_out_residual, standard_error
 from physident.diagnosis.shape import refined
 from physident.diagnosis.signs import contradicted
@@ -20,8 +21,8 @@ from physident.diagnosis.surrogates import randomised
 from physident.visibility import VISIBLE
 
 Array = NDArray[np.float64]
-SURROGATES = 199  # the 98th percentile is then the fourth largest
-LEVEL = 0.98  # one clean arm in fifty is accused of something
+SURROGATES = 299  # the 99th percentile is then the third largest
+LEVEL = 0.99  # of a hundred clean arms one is accused of an effect, and one of a contact
 LEAST_REDUCTION = 2.0  # % of one joint's RMS: below, a finding may be true and is of no use
 DOUBT = 2.0  # standard errors of a paired difference that two causes must differ by to be told apart
 CLOSEST = 8  # candidates that are compared block by block: a class of more is no answer
@@ -31,7 +32,7 @@ LOOPS = 3  # of forward search and removal: each loop that changes something has
 @dataclass(frozen=True, eq=False)
 class Look:
     """One look at all candidates beside a state: left-out evidence ``gain`` (C,), the ``least`` (C,) of it without one fold,
-    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact``."""
+    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact`` with its own, ``touch``."""
 
     state: State
     gain: Array
@@ -39,6 +40,7 @@ class Look:
     share: Array
     threshold: float
     contact: Scan
+    touch: float
 
     def passes(self, index: int) -> bool:
         """Whether a candidate's evidence beats the surrogates' even without the fold that speaks most for it."""
@@ -54,19 +56,20 @@ class Search:
     first: Look
 
 
-def look(state: State, threshold: float | None = None) -> Look:
-    """Judge every candidate beside a state; the threshold is drawn anew unless given."""
+def look(state: State, thresholds: tuple[float, float] | None = None) -> Look:
+    """Judge every candidate beside a state; the thresholds of effects and of a contact are drawn anew unless given."""
     evidence, baseline, now = state.evidence, state.baseline, state.fit
     responses = evidence.response[:, :, None]
-    if threshold is None:
+    if thresholds is None:
         responses = np.concatenate([responses, surrogates(state)], axis=2)
     found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
     least, contact = found.least, scan(state, responses)
-    if threshold is None:
-        every = np.maximum(least[share >= VISIBLE].max(axis=0), contact.evidence)
-        threshold = float(np.quantile(every[1:], LEVEL))
-    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact)
+    if thresholds is None:
+        # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
+        luckiest = least[share >= VISIBLE].max(axis=0)[1:], contact.evidence[1:]
+        thresholds = float(np.quantile(luckiest[0], LEVEL)), float(np.quantile(luckiest[1], LEVEL))
+    return Look(state, found.evidence[:, 0], least[:, 0], share, thresholds[0], contact, thresholds[1])
 
 
 def surrogates(state: State) -> Array:
@@ -136,8 +139,8 @@ def _forward(
 def touched(now: Look, rival: float | None) -> bool:
     """Whether the best contact passes every gate, and says more than the best other candidate."""
     found = now.contact
-    useful = reduction(found.before[:, 0], found.before[:, 0] - found.gain[:, 0]) >= LEAST_REDUCTION
-    return bool(useful and found.evidence[0] > max(now.threshold, rival or 0.0))
+    useful = found.reduction >= LEAST_REDUCTION
+    return bool(useful and found.evidence[0] > max(now.touch, rival or 0.0))
 
 
 def choose(now: Look) -> int | None:
@@ -204,7 +207,11 @@ def reduction(before: Array, after: Array) -> float:
 
 
 def _useful(state: State, candidate: Candidate) -> bool:
-    return reduction(costs(state, None).sum(axis=0), costs(state, candidate).sum(axis=0)) >= LEAST_REDUCTION
+    """Whether what is gained on left-out rows is worth naming, and its 95 % interval over blocks lies above zero."""
+    before, after = costs(state, None), costs(state, candidate)
+    own = [j - 1 for j in candidate.joints] or slice(None)
+    low, _ = resampled_reduction(before[:, own].sum(axis=1), after[:, own].sum(axis=1), state.case.seed)
+    return low > 0 and reduction(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
 
 
 def possible_sign(state: State, candidate: Candidate) -> str | None:
@@ -212,7 +219,7 @@ def possible_sign(state: State, candidate: Candidate) -> str | None:
 
 
 def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Accepted, ...]:
-    """The accepted effects without those whose left-out gain beside all others no longer beats the threshold."""
+    """The accepted effects without those whose left-out gain beside all others no longer passes every gate."""
     kept = accepted
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
@@ -220,6 +227,6 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
             continue
         state = case.state(rest, last.state.model, last.state.evidence)
         alone = replace(state, evidence=replace(state.evidence, candidates=(one.candidate,)))
-        if not look(alone, last.threshold).passes(0):
+        if not (look(alone, (last.threshold, last.touch)).passes(0) and _useful(state, one.candidate)):
             kept = rest
     return kept

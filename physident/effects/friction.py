@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.effect import Array, Effect, Shape
+from physident.effects.effect import Array, Cone, Effect, Shape, nonnegative
 from physident.errors import InputError
 from physident.robot import Robot
 from physident.signals import Signals
@@ -113,7 +113,7 @@ class FrictionAsymmetry(VelocityFriction):
 
 @dataclass(frozen=True)
 class StribeckFriction(VelocityFriction):
-    """tau_j = Fs_j sgn(v_j) exp(-(v_j / vs)^2); Fs in N m, the Stribeck ``velocity`` vs in rad/s.
+    """tau_j = Fs_j sgn(v_j) exp(-(v_j / vs)^2); Fs in N m, the Stribeck ``velocity`` vs in rad/s. Cone: Fs >= 0.
 
     Source: Armstrong-Helouvry, Dupont, Canudas de Wit, "A survey of models ... for machines with friction" (1994), eq. 5.
     """
@@ -130,6 +130,10 @@ class StribeckFriction(VelocityFriction):
 
     def law(self, robot: Robot, v: Array) -> Array:
         return smooth_sign(v) * np.exp(-((v / self.shape(robot, "velocity")[:, None]) ** 2))
+
+    def cones(self, robot: Robot) -> tuple[Cone, ...]:
+        """Breaking away takes at least as much as sliding."""
+        return (nonnegative(len(self.active(robot))),)
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ KINDS: dict[str, Kind] = {
     ),
     "joint_spring": Kind(_one, _most(30.0)),
     "joint_elasticity": Kind(_one, _most(3e-4)),
-    "payload": Kind(_arm, _most(10.0), shape=lambda rng: {"com": tuple(rng.uniform(-0.08, 0.08, 3) + (0, 0, 0.14))}),
+    "payload": Kind(_arm, _most(10.0), shape=lambda rng: {"com": tuple(rng.uniform((-0.08, -0.08, 0.06), (0.08, 0.08, 0.22)))}),
     "link_inertia": Kind(_link, _most(6.0)),
     "gravity_tilt": Kind(_arm, _most(0.3), shape=lambda rng: {"direction": float(rng.uniform(0, 6.28))}),
     "joint_zero_offset": Kind(_one, _most(0.12), True),

@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import physident as pid
 from studies.blind_trials.arms import CACHE
 from studies.blind_trials.scoring import score
+from studies.blind_trials.summary import ASKED, summary, table
 from studies.blind_trials.trial import Prepared, prepare
 
 PAIRS_FROM = 5000  # numbers of pairs, so that no motion is shared with a single trial
@@ -54,32 +55,65 @@ def judge(job: tuple[int, int, bool]) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--set", type=int, default=1, help="which seeds; 0 is for development")
-    parser.add_argument("--trials", type=int, default=340)
+    parser.add_argument("--set", type=int, default=1, help="which seeds: 1 and 2 are reported, others are for development")
+    parser.add_argument("--trials", type=int, default=340, help="one in ten is of a cell that cannot be seen")
     parser.add_argument("--pairs", type=int, default=100)
-    parser.add_argument("--start", type=int, default=0)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--keep", action="store_true", help="write the results of sets 1 and 2 and the table")
+    parser.add_argument("--record", action="store_true", help="only make the recordings")
     asked = parser.parse_args()
-    jobs = [(asked.set, n, False) for n in range(asked.start, asked.start + asked.trials)]
-    jobs += [(asked.set, PAIRS_FROM + n, True) for n in range(asked.start, asked.start + asked.pairs)]
-    rows = []
     CACHE.mkdir(parents=True, exist_ok=True)
-    with Pool(asked.processes) as pool, (CACHE / f"set{asked.set}.jsonl").open("w", encoding="utf-8") as stream:
-        for row in pool.imap_unordered(judge, jobs):
-            rows.append(row)
-            stream.write(json.dumps(row) + "\n")
-            stream.flush()
-            truth = "; ".join(f"{h['effect']} {','.join(map(str, h['joints']))}" for h in row["hidden"])
-            s = row["score"]
-            twin = row.get("twin", {}).get("found")
-            print(
-                f"{row['number']:5d} {row['question']:9s} {row['tier']:9s} {row['reduction']:5.1f} % {truth}: {s['told']}"
-                f" | {'alone' if s['alone'] else 'class' if s['first'] else 'WRONG'} {s['others']} more, error"
-                f" {s['error'] if s['error'] is None else round(s['error'], 1)}, gain"
-                f" {s['gain'] if s['gain'] is None else round(s['gain'])}, {s['seconds']:.1f} s"
-                + (f" CLEAN {twin}" if twin else ""),
-                flush=True,
-            )
+    if asked.keep:
+        kept()
+        return
+    jobs = [(asked.set, n, False) for n in range(asked.trials)]
+    jobs += [(asked.set, PAIRS_FROM + n, True) for n in range(asked.pairs)]
+    with Pool(asked.processes) as pool:
+        if asked.record:
+            for _ in pool.imap_unordered(recorded, jobs):
+                pass
+            return
+        rows = []
+        with rows_of(asked.set).open("w", encoding="utf-8") as stream:
+            for row in pool.imap_unordered(judge, jobs):
+                rows.append(row)
+                stream.write(json.dumps(row) + "\n")
+                stream.flush()
+                print(line(row), flush=True)
+    print(table({f"set {asked.set}": summary(rows)}))
+
+
+def recorded(job: tuple[int, int, bool]) -> None:
+    """Make the recordings of a trial."""
+    prepare(*job)
+
+
+def rows_of(group: int) -> Path:
+    """Where the rows of a set are."""
+    return CACHE / f"set{group}.jsonl"
+
+
+def kept() -> None:
+    """Write results.json and the README's table from the rows of sets 1 and 2."""
+    from studies.kept import keep
+
+    sets = {}
+    for group, name in ((1, "first seeds"), (2, "second seeds")):
+        rows = [json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()]
+        sets[name] = summary(rows)
+    keep(Path(__file__).parent, {"asked": ASKED, "sets": sets}, table(sets))
+
+
+def line(row: dict[str, Any]) -> str:
+    """One trial in one line."""
+    truth = "; ".join(f"{h['effect']} {','.join(map(str, h['joints']))}" for h in row["hidden"])
+    s, twin = row["score"], row.get("twin", {}).get("found")
+    error, gain = (None if s[key] is None else round(s[key], 1) for key in ("error", "gain"))
+    return (
+        f"{row['number']:5d} {row['question']:9s} {row['tier']:9s} {row['reduction']:5.1f} % {truth}: {s['told']}"
+        f" | {'alone' if s['alone'] else 'class' if s['first'] else 'WRONG'} {s['others']} more, error {error},"
+        f" gain {gain}, {s['seconds']:.1f} s" + (f" CLEAN {twin}" if twin else "")
+    )
 
 
 if __name__ == "__main__":
