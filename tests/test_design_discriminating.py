@@ -13,6 +13,7 @@ from physident.excitation.rivals import rivals_of, task_of_rivals
 from physident.excitation.series import Series
 from physident.excitation.session import slowed
 from physident.excitation.task import task_of
+from tests.robots import TREE
 
 
 @pytest.fixture(scope="module")
@@ -98,27 +99,33 @@ def test_least_magnitude_is_where_evidence_reaches_what_is_asked(arm):
     assert evidence == pytest.approx(EVIDENCE, rel=1e-2)
 
 
-def test_a_design_shows_smaller_magnitudes(arm):
-    found = pid.design_discriminating(
-        arm, "coulomb_friction", "load_dependent_friction", 2, "joint", harmonics=3, noise=0.5, starts=1, generations=4
-    )
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory) -> pid.Robot:
+    file = tmp_path_factory.mktemp("robots") / "tree.urdf"
+    file.write_text(TREE)
+    return pid.load_robot(file)
+
+
+def test_a_design_shows_smaller_magnitudes(tree):
+    rivals = ("coulomb_friction", "load_dependent_friction", 3)
+    found = pid.design_discriminating(tree, *rivals, "joint", 3, noise=0.5, starts=1, generations=4)
     assert all(one.margin > 0 for one in found.design.margins)
     ours = np.prod([one.magnitude for one in found.detectable])
     usual = np.prod([one.usual for one in found.detectable])
     assert ours < usual / 2
     assert "verdict: every limit holds" in repr(found)
     with pytest.raises(pid.InputError, match="how much torque noise"):
-        pid.design_discriminating(arm, "coulomb_friction", "load_dependent_friction", 2, "joint")
+        pid.design_discriminating(tree, *rivals, "joint")
 
 
-def test_a_session_has_what_a_diagnosis_splits_by(ur5):
-    session = pid.design_session(ur5, load=1.5, harmonics=2, starts=1, generations=2, limits="joint")
+def test_a_session_has_what_a_diagnosis_splits_by(tree):
+    session = pid.design_session(tree, load=1.5, harmonics=2, starts=1, generations=2, limits="joint")
     fitted = [leg for leg in session.legs if not leg.holdout]
     assert len(fitted) == 8
     assert {(leg.speed, leg.loaded) for leg in fitted} == {(s, x) for s in (1.0, 0.5) for x in (True, False)}
     assert sum(leg.holdout for leg in session.legs) == 1
     assert all(leg.trajectory.at_rest and leg.trajectory.duration >= 15 for leg in session.legs)
-    assert all(leg.trajectory.violations(ur5) == [] for leg in session.legs)
+    assert all(leg.trajectory.violations(tree) == [] for leg in session.legs)
     fast, slow = session.designs[0].trajectory, slowed(session.designs[0].trajectory, 0.5)
     a, b = fast.states(np.array([1.3])), slow.states(np.array([2.6]))
     np.testing.assert_allclose(a.q, b.q)
@@ -127,4 +134,4 @@ def test_a_session_has_what_a_diagnosis_splits_by(ur5):
     refused: tuple[dict[str, Any], ...] = ({"load": -1.0}, {"speeds": (1.0,)}, {"speeds": (1.0, 2.0)}, {"motions": 1})
     for bad in refused:
         with pytest.raises(pid.InputError):
-            pid.design_session(ur5, **bad)
+            pid.design_session(tree, **bad)

@@ -13,7 +13,8 @@ import pytest
 import physident as pid
 from physident.excitation.capsules import bounding_capsule, capsules_of, collision_shapes, nearest
 from physident.excitation.series import Series
-from physident.excitation.workspace import HELD_APART, LENGTH, Workspace
+from physident.excitation.walls import HELD_APART, LENGTH, Walls
+from physident.excitation.workspace import Workspace
 
 coal: Any = import_module("coal")  # comes with Pinocchio; it ships no types
 
@@ -77,7 +78,7 @@ def test_rows_are_the_physics_they_name(ur5):
     model = pid.Model.nominal(ur5)
     workspace, series = Workspace.of(model), Series(6, 4, 0.15)
     y = 0.4 * np.random.default_rng(0).standard_normal(series.size)
-    rows = workspace.rows(series)
+    rows = Walls(workspace, series).rows()
     found = rows.value(y).reshape(48, -1)
     motion = series.trajectory(y)
     states = motion.states(np.arange(48) / 48 * series.period)
@@ -104,7 +105,7 @@ def test_rows_are_the_physics_they_name(ur5):
 
 def test_gradients_of_rows_and_penalty(ur5):
     workspace, series = Workspace.of(pid.Model.nominal(ur5)), Series(6, 4, 0.15)
-    rows = workspace.rows(series)
+    rows = Walls(workspace, series).rows()
     y = 0.4 * np.random.default_rng(3).standard_normal(series.size)
     J = np.zeros((len(rows.lower), series.size))
     J[rows.pattern[:, 0], rows.pattern[:, 1]] = rows.jacobian(y)

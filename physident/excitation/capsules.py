@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,13 @@ INSIDE = 1e-9  # m
 @dataclass(frozen=True, eq=False)
 class Capsule:
     """All points within ``radius`` [m] of the line from ``start`` to ``end`` (3,) [m], in the frame of joint ``link``
-    (from 1), or of the base (0)."""
+    (from 1), or of the base (0); around the collision shapes of indices ``shapes``."""
 
     link: int
     start: Array
     end: Array
     radius: float
+    shapes: tuple[int, ...] = ()
 
 
 def collision_shapes(robot: Robot, meshes: str | Path | None = None) -> Any:
@@ -50,15 +51,18 @@ def collision_shapes(robot: Robot, meshes: str | Path | None = None) -> Any:
 
 
 def capsules_of(shapes: Any) -> tuple[Capsule, ...]:
-    """A capsule around each collision shape, without those that lie inside another one of their link.
+    """A capsule around each collision shape; one that lies inside another of its link is left to that one.
 
     Spheres, cylinders and capsules keep their line; a box gets its longest axis, a mesh its longest principal one.
     """
-    found = [_around(one) for one in shapes.geometryObjects]
+    found = [replace(_around(one), shapes=(k,)) for k, one in enumerate(shapes.geometryObjects)]
     kept: list[Capsule] = []
     for capsule in sorted(found, key=lambda c: -float(np.linalg.norm(c.end - c.start))):
-        if not any(_holds(other, capsule) for other in kept):
+        outer = next((k for k, other in enumerate(kept) if _holds(other, capsule)), None)
+        if outer is None:
             kept.append(capsule)
+        else:
+            kept[outer] = replace(kept[outer], shapes=kept[outer].shapes + capsule.shapes)
     return tuple(sorted(kept, key=lambda c: c.link))
 
 

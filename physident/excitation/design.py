@@ -27,6 +27,7 @@ from physident.robot import Robot
 COARSE_NODES = 24  # what the genetic algorithm looks at
 Limits = Literal["all", "joint"]
 LIMITS = ("all", "joint")
+TRIED = 3  # of the motions found, until one passes the check on many instants
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,21 +153,31 @@ def described(
 ) -> Design:
     """The best motion found with its margins; raises NotSolvedError where a limit is not met, naming it."""
     robot, series = task.model.robot, problem.series
-    trajectory = series.trajectory(found[0].y, periods)
-    margins = joint_margins(robot, trajectory)
-    if problem.workspace is not None:
-        margins += workspace_margins(problem.workspace, trajectory)
-    broken = [one for one in margins if not one.margin > 0]
-    if broken:
-        worst = min(broken, key=lambda one: one.margin / max(abs(one.allowed), 1e-3))
-        raise NotSolvedError(
-            f"no motion within the limits was found: {worst.limit} of {worst.where} reaches {worst.reached:.4g} {worst.unit},"
-            f" allowed is {worst.allowed:.4g} {worst.unit}; expected limits that leave room (or another --seed, --base-frequency)"
-        )
+    tried = []
+    for one in found[:TRIED]:
+        trajectory = series.trajectory(one.y, periods)
+        margins = joint_margins(robot, trajectory)
+        if problem.workspace is not None:
+            margins += workspace_margins(problem.workspace, trajectory)
+        tried.append((one, trajectory, margins))
+        if all(margin.margin > 0 for margin in margins):
+            break
+    else:
+        raise _unmet(tried[0][2])
+    best, trajectory, margins = tried[-1]
     states = trajectory.states(np.arange(CHECKED) / CHECKED * series.period)
     return Design(
-        trajectory, problem.criterion.name, found[0].value, task.condition(series, trajectory), len(task.chosen), task.weighting,
+        trajectory, problem.criterion.name, best.value, task.condition(series, trajectory), len(task.chosen), task.weighting,
         limits, tuple(margins), problem.workspace.excluded if problem.workspace else (),
         measure_manipulability(robot, states.q), tuple(one.value for one in found if one.feasible), seed,
         time.perf_counter() - began[0], time.process_time() - began[1],
     )  # fmt: skip
+
+
+def _unmet(margins: list[Margin]) -> NotSolvedError:
+    """The error that names the limit which is missed most."""
+    worst = min(margins, key=lambda one: one.margin / max(abs(one.allowed), 1e-3))
+    return NotSolvedError(
+        f"no motion within the limits was found: {worst.limit} of {worst.where} reaches {worst.reached:.4g} {worst.unit},"
+        f" allowed is {worst.allowed:.4g} {worst.unit}; expected limits that leave room (or another --seed, --base-frequency)"
+    )

@@ -12,11 +12,10 @@ from scipy.sparse import block_diag
 from physident.errors import InputError
 from physident.excitation.nlp import Rows
 from physident.excitation.series import Series
+from physident.excitation.trajectory import FREE_RANGE, FREE_SPEED
 from physident.robot import Robot
 
 Array = NDArray[np.float64]
-FREE_RANGE = math.pi  # rad: how far from zero a joint without position limits is sent
-FREE_SPEED = math.pi  # rad/s, and rad/s^2: for joints without limits of speed or acceleration, those of a UR5
 STILL = 1e-12  # of a shape that is zero: it stays so
 
 

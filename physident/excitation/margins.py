@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.excitation.limits import JointLimits
 from physident.excitation.trajectory import Trajectory
-from physident.excitation.workspace import Workspace
+from physident.excitation.workspace import Workspace, link_name
 from physident.robot import Robot
 from physident.signals import Signals
 
@@ -67,11 +68,48 @@ def workspace_margins(workspace: Workspace, trajectory: Trajectory) -> list[Marg
         speed = float(workspace.tool_speed(states.q, states.v).max())
         result.append(_margin("tool speed", "tool", speed, allowed, allowed - speed, "m/s", 0.05 * allowed))
     kept = workspace.clearance
-    nearest = (("table", *workspace.lowest(states.q)), ("self-collision", *workspace.closest(states.q)))
+    nearest = (("table", *lowest(workspace, states.q)), ("self-collision", *closest(workspace, states.q)))
     for name, where, distance in nearest:
         if np.isfinite(distance):
             result.append(_margin(name, where, distance, kept, distance - kept, "m", NEAR_BY))
     return result
+
+
+def lowest(workspace: Workspace, q: Array) -> tuple[str, float]:
+    """Which link comes nearest to the table along poses (N, n), and how near [m]; infinite without a table."""
+    if not workspace.above:
+        return "table", float("inf")
+    height = workspace.ends(workspace.values(q))[..., 2].min(axis=0) - (workspace.table or 0.0)
+    gaps = [
+        (float(height[c, e]) - workspace.capsules[c].radius, workspace.capsules[c].link) for c, e in workspace.above
+    ]
+    gap, link = min(gaps)
+    return link_name(link), gap
+
+
+def closest(workspace: Workspace, q: Array) -> tuple[str, float]:
+    """Which two links come nearest to each other along poses (N, n), and how near [m], by coal on the shapes."""
+    import pinocchio as pin
+
+    shapes = workspace.shapes.copy()
+    shapes.removeAllCollisionPairs()
+    for i, j in workspace.pairs:
+        for one, other in product(workspace.capsules[i].shapes, workspace.capsules[j].shapes):
+            shapes.addCollisionPair(pin.CollisionPair(one, other))
+    best = ("links", float("inf"))
+    if not workspace.pairs:
+        return best
+    model = workspace.model.robot.pinocchio
+    data, found = model.createData(), pin.GeometryData(shapes)
+    for pose in q:
+        pin.computeDistances(model, data, shapes, found, pose)
+        distances = [one.min_distance for one in found.distanceResults]
+        k = int(np.argmin(distances))
+        if distances[k] < best[1]:
+            pair = shapes.collisionPairs[k]
+            links = sorted(int(shapes.geometryObjects[g].parentJoint) for g in (pair.first, pair.second))
+            best = (" and ".join(map(link_name, links)), float(distances[k]))
+    return best
 
 
 def period(trajectory: Trajectory, count: int) -> Signals:

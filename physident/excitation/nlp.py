@@ -83,19 +83,13 @@ def join(one: Rows, other: Rows) -> Rows:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Ended:
-    """Where IPOPT ended: ``y``, and its own words."""
-
-    y: Array
-    status: str
-
-
 def minimise(
     function: Callable[[Array], tuple[float, Callable[[], Array]]], rows: Rows, y: Array, iterations: int
-) -> Ended:
-    """Minimise a function within rows, from ``y`` (m,) on; it returns its value, and what returns its gradient (m,): most
-    points of a line search are never asked for theirs."""
+) -> Array:
+    """Where IPOPT ends (m,), minimising a function within rows from ``y`` (m,) on; the caller judges what that is worth.
+
+    The function returns its value, and what returns its gradient (m,): most points of a line search are not asked for it.
+    """
     size = y.size
     last: list[Any] = [b"", 0.0, None]
 
@@ -130,7 +124,7 @@ def minimise(
     }
     solver = ca.nlpsol("solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac})
     found = solver(x0=y, lbg=rows.lower, ubg=rows.upper)
-    return Ended(np.asarray(found["x"]).ravel(), str(solver.stats()["return_status"]))
+    return np.asarray(found["x"]).ravel()
 
 
 class _Call(ca.Callback):

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from physident.excitation.design import Design
     from physident.excitation.discriminate import Detectable, Discrimination
 
+UNSCALED = "unscaled"
 BANDS = ((20.0, "good"), (100.0, "usable"))
 
 
@@ -35,7 +36,10 @@ def design_text(design: Design) -> str:
         rows.append(f"  links not kept apart: neighbours{'; ' if far else ''}{'; '.join(far)}")
     rows.append(f"  {design.manipulability!r}")
     band = next((name for limit, name in BANDS if design.condition <= limit), "poor")
-    rows.append(f"verdict: {band}; every limit holds, starts and ends at rest")
+    known = (
+        f"{band}; " if design.weighting == UNSCALED else ""
+    )  # of scaled columns a condition number has no usual size
+    rows.append(f"verdict: {known}every limit holds, starts and ends at rest")
     return "\n".join(rows)
 
 

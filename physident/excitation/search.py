@@ -15,7 +15,8 @@ from physident.excitation.information import Information
 from physident.excitation.limits import JointLimits
 from physident.excitation.nlp import Rows, join, minimise
 from physident.excitation.series import Series
-from physident.excitation.workspace import NODES as WORKSPACE_NODES
+from physident.excitation.walls import NODES as WALL_NODES
+from physident.excitation.walls import Walls
 from physident.excitation.workspace import Workspace
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ class Problem:
     @cached_property
     def walls(self) -> Rows | None:
         """The limits of the workspace as constraints."""
-        return None if self.workspace is None else self.workspace.rows(self.series)
+        return None if self.workspace is None else Walls(self.workspace, self.series).rows()
 
     @cached_property
     def rows(self) -> Rows:
@@ -87,13 +88,13 @@ class Problem:
         if self.walls is None or stage.penalty is None:
             return value, lambda: self.information.pullback(y, slope)
         beyond, outward = self.walls.penalty(y, RESERVE)
-        weight = stage.penalty / WORKSPACE_NODES
+        weight = stage.penalty / WALL_NODES
         return value + weight * beyond, lambda: self.information.pullback(y, slope) + weight * outward
 
     def improved(self, found: Found, stage: Stage) -> Found:
         """The motion after a stage, or as it was where that did not help."""
         if stage.penalty is not None or self.walls is None:
-            y = minimise(lambda at: self.function(at, stage), self.joint_rows, found.y, stage.iterations).y
+            y = minimise(lambda at: self.function(at, stage), self.joint_rows, found.y, stage.iterations)
         else:
             y = self._constrained(found.y, stage)
         return min(found, self.judged(y), key=lambda one: one.cost)
@@ -103,7 +104,7 @@ class Problem:
         always = np.arange(len(self.rows.lower)) < len(self.joint_rows.lower)
         near = always | (self.rows.slack(y) < NEAR)
         for _ in range(ROUNDS):
-            y = minimise(lambda at: self.function(at, stage), self.rows.only(near), y, stage.iterations).y
+            y = minimise(lambda at: self.function(at, stage), self.rows.only(near), y, stage.iterations)
             slack = self.rows.slack(y)
             if (slack[~near] >= -WITHIN).all():
                 break
@@ -142,7 +143,8 @@ def search(
     """The motions found, best first, feasible ones before others. ``progress`` hears the share that is done."""
     later = problem.later
     steps = 2 + starts + len(later) * min(FINISHED, starts)
-    violation = None if problem.workspace is None else problem.workspace.violation(problem.series)
+    space = problem.workspace
+    violation = None if space is None else Walls(space, problem.series).violation()
     population = evolve(
         problem.joints,
         problem.series,

@@ -14,6 +14,7 @@ import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.excitation.limits import JointLimits, spread
 from physident.excitation.series import Series
+from physident.excitation.walls import Walls
 from physident.excitation.workspace import Workspace
 from tests.plant import Arm, record
 
@@ -43,7 +44,7 @@ class Plan:
 def random_feasible(robot: pid.Robot, workspace: Workspace, count: int, seed: int) -> list[pid.Trajectory]:
     """The first random motions within all limits, each joint as large as its own limits and a random share allow."""
     series, rng = Series(6, 5, 0.15), np.random.default_rng(seed)
-    limits, violation = JointLimits.of(robot), workspace.violation(series)
+    limits, violation = JointLimits.of(robot), Walls(workspace, series).violation()
     found: list[pid.Trajectory] = []
     while len(found) < count:
         shapes = rng.uniform(-1, 1, (TRIED, 6, series.m - 1))
