@@ -36,7 +36,9 @@ def design(
         str,
         typer.Option("--limits", help="joint (position, speed, acceleration) or all (and torque, tool, table, links)."),
     ] = "all",
-    criterion: Annotated[str, typer.Option("--criterion", help="condition, d_optimal or a_optimal.")] = "condition",
+    criterion: Annotated[
+        str | None, typer.Option("--criterion", help="condition (as it is without this), d_optimal or a_optimal.")
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same motion.")] = 0,
     table: Annotated[float, typer.Option("--table", help="Height of the table in the base frame [m].")] = 0.0,
     no_table: Annotated[bool, typer.Option("--no-table", help="There is no table.")] = False,
@@ -60,6 +62,10 @@ def design(
     from physident.excitation.discriminate import design_discriminating
     from physident.files import write_text
 
+    if discriminate is not None and criterion is not None:
+        raise InputError(
+            "--criterion and --discriminate were both given, expected one: rivals have a criterion of their own"
+        )
     if discriminate is None and (joint is not None or noise is not None):
         raise InputError("--joint and --noise belong to --discriminate A B, expected that too")
 
@@ -81,7 +87,7 @@ def design(
         )
         shape = (limits, harmonics, frequency, repeated, seed)
         if discriminate is None:
-            found = design_trajectory(source, criterion, *shape, **settings)  # pyright: ignore[reportArgumentType]
+            found = design_trajectory(source, criterion or "condition", *shape, **settings)  # pyright: ignore[reportArgumentType]
             plan = found
         else:
             found = design_discriminating(source, *discriminate, joint, *shape, noise, **settings)  # pyright: ignore[reportArgumentType]
