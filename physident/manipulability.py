@@ -58,7 +58,7 @@ def measure_manipulability(robot: Robot, q: Array) -> Manipulability:
     """Manipulability of the tool along poses q (N, n) [rad|m].
 
     Source: Yoshikawa, "Manipulability of robotic mechanisms" (1985), eq. 11; an arm of fewer than six joints by its own
-    directions, sqrt(det(J^T J)). Raises InputError for poses of another number of joints.
+    directions, sqrt(det(J^T J)), a tree by the joints that carry its tool. Raises InputError for poses of another number of joints.
     """
     import pinocchio as pin
 
@@ -68,15 +68,25 @@ def measure_manipulability(robot: Robot, q: Array) -> Manipulability:
     model = robot.pinocchio
     data = model.createData()
     tool = pin.SE3(np.eye(3), robot.tool)
-    J = np.empty((len(q), 6, robot.n))
+    chain = _chain(robot)
+    J = np.empty((len(q), 6, len(chain)))
     for k, pose in enumerate(q):
-        J[k] = tool.toActionMatrixInverse() @ pin.computeJointJacobian(model, data, pose, model.njoints - 1)
+        J[k] = tool.toActionMatrixInverse() @ pin.computeJointJacobian(model, data, pose, model.njoints - 1)[:, chain]
     size = np.linalg.svd(J, compute_uv=False)
     scaled = J.copy()
     scaled[:, :3] /= _reach(robot)
     ends = np.linalg.svd(scaled, compute_uv=False)
     ratio = ends[:, -1] / np.maximum(ends[:, 0], 1e-300)
     return Manipulability(size.prod(axis=1), ratio, int(np.argmin(ratio)))
+
+
+def _chain(robot: Robot) -> list[int]:
+    """The joints (from 0) from the base to the tool."""
+    chain, joint = [], robot.n - 1
+    while joint >= 0:
+        chain.append(joint)
+        joint = robot.joints[joint].parent
+    return chain[::-1]
 
 
 def _reach(robot: Robot) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from tests.robots import TREE
 
 STEP = 1e-6
 
@@ -46,3 +47,13 @@ def test_singular_poses_are_named(ur5):
     assert pid.measure_manipulability(ur5, np.array([free])).warning is None
     with pytest.raises(pid.InputError, match="expected"):
         pid.measure_manipulability(ur5, np.zeros((3, 5)))
+
+
+def test_a_trees_tool_is_moved_by_its_own_joints_only(tmp_path):
+    file = tmp_path / "tree.urdf"
+    file.write_text(TREE)
+    robot = pid.load_robot(file)
+    q = np.array([[0.1, 0.2, 0.3, 0.4], [0.1, -1.0, 0.3, 0.4]])  # the second joint is the other branch
+    found = pid.measure_manipulability(robot, q)
+    assert found.measure[0] > 1e-3
+    assert found.measure[0] == pytest.approx(found.measure[1])
