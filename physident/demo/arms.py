@@ -20,7 +20,7 @@ Rng = np.random.Generator
 Drawn = tuple[tuple[int, ...], list[float], dict[str, Any]]  # joints from 1, changes of values, settings
 
 
-def _scaled(typical: np.ndarray, low: float, high: float, **settings: float) -> Callable[[Rng], Drawn]:
+def _scaled(typical: np.ndarray, low: float, high: float, **settings: tuple[float, ...]) -> Callable[[Rng], Drawn]:
     """A value on any one joint, a share of what is typical there."""
 
     def draw(rng: Rng) -> Drawn:
@@ -88,7 +88,9 @@ class Truth:
 
     def __repr__(self) -> str:
         place = f" on joint{'s' * (len(self.joints) > 1)} {', '.join(map(str, self.joints))}" if self.joints else ""
-        numbers = ", ".join(f"{name} {value:+.4g} {unit}".rstrip() for name, value, unit in self.values[:4])
+        numbers = ", ".join(
+            f"{name} {value:+.4g} {'' if unit == '1' else unit}".rstrip() for name, value, unit in self.values[:4]
+        )
         return f"{self.effect}{place}: {numbers}"
 
 

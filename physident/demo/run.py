@@ -63,8 +63,11 @@ class Demo:
 def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     """Generate recordings of a UR5 before and after a change that the ``seed`` draws, identify, diagnose, reveal.
 
-    Writes recordings, models and diagnosis into ``folder``.
+    Writes recordings, models, diagnosis, report and rerun session into ``folder``.
     """
+    from physident.report import write_report
+    from physident.view.session import view
+
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     robot = load_robot("ur5")
@@ -78,7 +81,11 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     diagnosis.save(folder / "diagnosis.json")
     if diagnosis.estimate is not None:
         diagnosis.estimate.save(folder / "extended.json")
-    return Demo(diagnosis, truth, folder, (folder / "diagnosis.json",))
+    report, session = folder / "report.html", folder / "session.rrd"
+    write_report(folder / "diagnosis.json", report)
+    models = [estimate] if diagnosis.estimate is None else [estimate, diagnosis.estimate]
+    view(models, [*now, unseen], diagnosis, to=session)
+    return Demo(diagnosis, truth, folder, (report, session))
 
 
 def _recorded(arm: Model, path: Path, seed: int) -> Recording:

@@ -28,6 +28,14 @@ Array = NDArray[np.float64]
 NEAR = 0.05  # of a joint's torque: an error of a twentieth in a candidate's column costs it 1/400 of its gain
 
 
+STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
+
+
+def precision(effect: Effect) -> float:
+    """Prior precision of an accepted effect's values: none, but for the force of a contact."""
+    return STIFF if isinstance(effect, Contact) else 0.0
+
+
 @dataclass(frozen=True)
 class Accepted:
     """A candidate that was accepted, and its concrete effect with the shape it was found to have."""
@@ -122,7 +130,7 @@ class Case:
         evidence = replace(evidence, fold=self._fold([a.effect for a in accepted if isinstance(a.effect, Contact)]))
         baseline = self.freedom.baseline(evidence.regressor)
         for a in accepted:
-            baseline = baseline.joined(self.columns(a.effect, model))
+            baseline = baseline.joined(self.columns(a.effect, model), precision(a.effect))
         return State(self, tuple(accepted), model, evidence, baseline, fit(evidence, baseline))
 
     def _fold(self, contacts: Sequence[Contact]) -> NDArray[np.intp]:
@@ -210,7 +218,7 @@ class State:
 
     def also(self, candidate: Candidate, effect: Effect) -> State:
         """The same with one effect more; columns that depend on a model stay as they are."""
-        baseline = self.baseline.joined(self.case.columns(effect, self.model))
+        baseline = self.baseline.joined(self.case.columns(effect, self.model), precision(effect))
         accepted = (*self.accepted, Accepted(candidate, effect))
         return State(self.case, accepted, self.model, self.evidence, baseline, fit(self.evidence, baseline))
 

@@ -6,13 +6,14 @@ own row of the Jacobian. An interval is the run of windows, at most half a recor
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option
-from physident.diagnosis.case import State
+from physident.diagnosis.case import STIFF, State
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import evidence_of
 from physident.diagnosis.normal import inverted
@@ -23,7 +24,6 @@ Array = NDArray[np.float64]
 PHASES = (0.0, PIECE / 2)  # s: where windows begin; an edge is then at most an eighth of a second off
 EDGES = np.arange(-5, 6) * 0.05  # s: by which a found start is moved to fit best
 LONGEST = 0.5  # of a recording: what lasts longer is no passing contact but a change of the arm
-STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
 CONTACT = Candidate("contact", (), (Option(None, ()),))
 
 
@@ -92,7 +92,26 @@ def placed(state: State, effect: Contact) -> Contact:
     best = max((made(begin + d, k) for k in counts for d in (-PIECE, 0.0, PIECE) if begin + d >= 0), key=value)
     ((begin, end),) = best.intervals
     count = len(best.pieces())
-    return max((made(begin + d, count) for d in EDGES if begin + d >= 0), key=value)
+    best = max((made(begin + d, count) for d in EDGES if begin + d >= 0), key=value)
+    return _worthwhile(best, judge, state.case.columns(best, state.model), 3 * float(np.log(worth)))
+
+
+def _worthwhile(effect: Contact, judge: Judge, columns: Sequence[Array], price: float) -> Contact:
+    """The contact without the pieces, pauses between two pushes, whose force explains less than its ``price``."""
+    pieces, whole = effect.pieces(), judge.gain(columns)
+    kept = [
+        piece
+        for k, piece in enumerate(pieces)
+        if len(pieces) == 1
+        or whole - judge.gain([np.delete(c, np.s_[3 * k : 3 * k + 3], axis=1) for c in columns]) > price
+    ]
+    merged: list[tuple[float, float]] = []
+    for start, end in kept:
+        if merged and start - merged[-1][1] < 1e-6:
+            merged[-1] = (merged[-1][0], end)
+        else:
+            merged.append((start, end))
+    return Contact(intervals=tuple(merged), recording=effect.recording) if merged else effect
 
 
 def by_others(state: State, effect: Contact, weights: Array) -> Array:
@@ -100,14 +119,16 @@ def by_others(state: State, effect: Contact, weights: Array) -> Array:
     in units of joints' ``weights`` (n,)."""
     regressor = state.evidence.regressor
     index = [signals.recording for signals in state.case.signals].index(effect.recording)
-    signals, ((start, end),) = state.case.signals[index], effect.intervals
+    signals, starts = state.case.signals[index], np.array([start for start, _ in effect.pieces()])
     time = regressor.time - signals.origin
-    rows = (regressor.recording == index) & (time >= start) & (time < end)
+    piece = np.searchsorted(starts, time, "right") - 1
+    ends = np.array([end for _, end in effect.pieces()])
+    rows = (regressor.recording == index) & (piece >= 0) & (time < ends[piece])
     at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
     J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights
     J = J * (state.case.weights * regressor.counted)[rows][:, None, :]
     residual = _residual(state, state.evidence.response[:, :, None])[rows] * weights[:, None]
-    return _windows(J, residual, np.floor((time[rows] - start) / PIECE + 1e-9).astype(int))[:, :, 0]
+    return _windows(J, residual, np.unique(piece[rows], return_inverse=True)[1])[:, :, 0]
 
 
 def _residual(state: State, responses: Array) -> Array:

@@ -63,7 +63,8 @@ def diagnose(
     state = _polished(case, found)
     last = replace(found.last, state=state)
     sure = certainty(state)
-    named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure)
+    currents = any(recording.effort_kind == "current" for recording in recordings)
+    named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure, currents)
     extended = replace(refit(state, sure, gained), columns=layout, drive_gains=gains) if named else None
     remainder, floor = describe(state), noise_floor(case.regressor, case.signals, state.torque)
     before, after = _levels(case, found.first.state, state, model, extended, holdout)
@@ -71,7 +72,7 @@ def diagnose(
         question, _verdict(bool(named), remainder, floor), named, before, after,
         "holdout" if holdout else "left-out rows", floor, _placebos(found.last), _unseen(found.first), remainder,
         (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
-        layout, gains, case.freedom.held,
+        layout, gains, case.freedom.held, seed,
     )  # fmt: skip
 
 

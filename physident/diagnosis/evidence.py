@@ -33,10 +33,10 @@ class Baseline:
     joints: tuple[Array, ...]
     prior: Array
 
-    def joined(self, columns: Sequence[Array]) -> Baseline:
-        """The baseline with more columns, (M, k) for each joint, that only these data decide."""
+    def joined(self, columns: Sequence[Array], precision: float = 0.0) -> Baseline:
+        """The baseline with more columns, (M, k) for each joint, that only these data decide unless a ``precision`` is given."""
         joints = tuple(np.column_stack([own, more]) for own, more in zip(self.joints, columns, strict=True))
-        return Baseline(joints, np.concatenate([self.prior, np.zeros(columns[0].shape[1])]))
+        return Baseline(joints, np.concatenate([self.prior, np.full(columns[0].shape[1], precision)]))
 
 
 @dataclass(frozen=True, eq=False)

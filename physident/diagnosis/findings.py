@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+import physident
 from physident.diagnosis.question import Question
 from physident.diagnosis.remainder import Remainder
 from physident.estimation.estimate import Estimate
@@ -140,6 +141,7 @@ class Diagnosis:
     columns: str | None
     drive_gains: tuple[float, ...] | None
     held: tuple[str, ...]
+    seed: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """The diagnosis as JSON can hold it (schema physident.diagnosis/1)."""
@@ -162,6 +164,8 @@ class Diagnosis:
             "columns": self.columns,
             "drive_gains": self.drive_gains and list(self.drive_gains),
             "held": list(self.held),
+            "seed": self.seed,
+            "version": physident.__version__,
             "model": self.model.as_dict(),
             "extended_model": None if self.estimate is None else self.estimate.model.as_dict(),
         }

@@ -84,16 +84,17 @@ def _finding(number: int, f: Finding) -> list[str]:
     if f.intervals:
         rows.append("   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals))
     if f.rivals:
-        rows.append(
-            f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell. {f.advice}"
-        )
+        rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell.")
+    if f.advice:
+        rows.append(f"   {f.advice}")
     return rows
 
 
 def _value(v: Value, several: bool) -> str:
     place = f" of joint {v.joint}" if several else ""
     changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
-    return f"{v.name}{place} {v.value:.4g} {v.unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}"
+    unit = "" if v.unit == "1" else f" {v.unit}"
+    return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}"
 
 
 def _remainder(d: Diagnosis) -> list[str]:

@@ -18,20 +18,26 @@ from physident.effects.catalogue import CATALOGUE
 from physident.effects.contact import Contact
 
 Array = NDArray[np.float64]
+SCALED = (
+    "Found from currents: the mass scales with the drive gains; physident drive-gains finds them with a known load."
+)
 ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
 
 
-def findings(state: State, examined: Sequence[Examined], sure: Certainty) -> tuple[Finding, ...]:
-    """One finding for each cause, the same effect on several joints joined, in order of left-out gain."""
+def findings(
+    state: State, examined: Sequence[Examined], sure: Certainty, currents: bool = False
+) -> tuple[Finding, ...]:
+    """One finding for each cause, the same effect on several joints joined, in order of left-out gain; a payload found from
+    ``currents`` says what its mass depends on."""
     groups: dict[object, list[Examined]] = {}
     for one in examined:
         name = one.accepted.candidate.name
         groups.setdefault(one.accepted.candidate.key if name in ONE_BY_ONE else name, []).append(one)
-    made = [_finding(state, group, sure) for group in groups.values()]
+    made = [_finding(state, group, sure, currents) for group in groups.values()]
     return tuple(sorted(made, key=lambda f: -f.evidence))
 
 
-def _finding(state: State, group: Sequence[Examined], sure: Certainty) -> Finding:
+def _finding(state: State, group: Sequence[Examined], sure: Certainty, currents: bool) -> Finding:
     group = sorted(group, key=lambda e: e.accepted.candidate.joints)
     name = group[0].accepted.candidate.name
     joints = tuple(j for e in group for j in e.accepted.candidate.joints)
@@ -40,7 +46,7 @@ def _finding(state: State, group: Sequence[Examined], sure: Certainty) -> Findin
     contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
     return Finding(
         name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
-        _advice(name, joints, rivals), float(sum(e.gain for e in group)),
+        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(name, joints, rivals)))), float(sum(e.gain for e in group)),
     )  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def velocity_noise(signals: Signals) -> Array:
 
     if len(signals.v) < WINDOW:
         return np.zeros(signals.v.shape[1])
-    rest = signals.v - savgol_filter(signals.v, WINDOW, ORDER, axis=0)
+    rest = signals.v - np.asarray(savgol_filter(signals.v, WINDOW, ORDER, axis=0))
     taken = 1 - savgol_coeffs(WINDOW, ORDER)[WINDOW // 2]
     # the median: at rest a quantised velocity is silent, at a knock it is not noise
     return 1.4826 * np.median(np.abs(rest), axis=0) / np.sqrt(taken)

@@ -76,7 +76,7 @@ def surrogates(state: State) -> Array:
     """Responses (M, n, S) without any effect: noise like the residual, and parameters as uncertain as the model's are."""
     case, now = state.case, state.fit
     noise = randomised(now.residual / now.deflation, state.evidence.regressor.segment, SURROGATES, case.seed)
-    known = np.flatnonzero(state.baseline.prior > 0)
+    known = np.flatnonzero(case.freedom.prior > 0)
     if len(known):
         rng = np.random.default_rng([case.seed, 11])
         x = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(state.baseline.prior[known])[:, None]

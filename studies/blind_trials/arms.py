@@ -17,6 +17,7 @@ from tests.plant import Arm, Drives, Friction, Multisine, PointToPoint, Sensors,
 Array = NDArray[np.float64]
 CACHE = Path(os.environ.get("PHYSIDENT_CACHE", Path.home() / ".cache" / "physident")) / "blind_trials"
 DURATION = 20.0  # s
+FILTER = pid.Filter(8.0)  # as for real recordings of a UR5 at 125 Hz
 STEP = 2e-3  # s: torque after the filter is then right to a fiftieth of the instruments' noise
 HEALTHY = 900_000_000  # seeds of motions from here on belong to healthy arms
 ARMS = 12  # of a set, each identified on three recordings
@@ -93,4 +94,4 @@ def identified(group: int, number: int) -> tuple[Arm, pid.Estimate]:
     folder = CACHE / f"set{group}" / f"arm{number}"
     # each of another kind or pace
     runs = [take(folder / str(k), arm, HEALTHY + 100 * seed + 10 * k, arm).recording for k in range(3)]
-    return arm, pid.identify(pid.load_robot("ur5"), runs)
+    return arm, pid.identify(pid.load_robot("ur5"), runs, filter=FILTER)

@@ -18,7 +18,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import physident as pid
-from studies.blind_trials.arms import CACHE
+from studies.blind_trials.arms import CACHE, FILTER
 from studies.blind_trials.scoring import score
 from studies.blind_trials.summary import ASKED, summary, table
 from studies.blind_trials.trial import Prepared, prepare
@@ -32,9 +32,9 @@ def diagnose(prepared: Prepared, healthy: bool) -> tuple[pid.Diagnosis, float]:
     runs = [t.recording for t in taken[:2]]
     model = prepared.model
     if prepared.trial.question == "missing":
-        model = pid.identify(pid.load_robot("ur5"), runs)
+        model = pid.identify(pid.load_robot("ur5"), runs, filter=FILTER)
     begun = time.process_time()
-    found = pid.diagnose(model, runs)
+    found = pid.diagnose(model, runs, filter=FILTER if isinstance(model, pid.Model) else None)
     return found, time.process_time() - begun
 
 
@@ -55,7 +55,9 @@ def judge(job: tuple[int, int, bool]) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--set", type=int, default=1, help="which seeds: 1 and 2 are reported, others are for development")
+    parser.add_argument(
+        "--set", type=int, default=1, help="which seeds: 1 and 2 are reported, others are for development"
+    )
     parser.add_argument("--trials", type=int, default=340, help="one in ten is of a cell that cannot be seen")
     parser.add_argument("--pairs", type=int, default=100)
     parser.add_argument("--processes", type=int, default=2)

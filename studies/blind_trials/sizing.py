@@ -13,7 +13,7 @@ from physident.diagnosis.refit import as_estimate
 from physident.effects import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_all
 from physident.regressor import Regressor, build_regressor
-from studies.blind_trials.arms import Taken
+from studies.blind_trials.arms import FILTER, Taken
 from studies.blind_trials.cases import Hidden
 from tests.plant import Arm, hide, torque_along
 from tests.plant.motions import Motion
@@ -48,10 +48,10 @@ def oracle(
     held = changed[0] if any(h.effect == "contact" for h in hidden) else changed[-1]
     if question == "missing" and held is changed[-1]:
         robot = pid.load_robot("ur5")
-        before = pid.identify(robot, [t.recording for t in changed[:-1]])
-        after = pid.identify(robot, [t.without for t in changed[:-1]])
+        before = pid.identify(robot, [t.recording for t in changed[:-1]], filter=FILTER)
+        after = pid.identify(robot, [t.without for t in changed[:-1]], filter=FILTER)
     else:
-        before = after = as_estimate(model, pid.Filter())
+        before = after = as_estimate(model, FILTER)
     first = pid.validate(before, [held.recording], include_fitted=True).rms
     second = pid.validate(after, [held.without], include_fitted=True).rms
     return Oracle(100 * (1 - second / first), second)
@@ -59,8 +59,8 @@ def oracle(
 
 def filtered(recordings: Sequence[pid.Recording]) -> Regressor:
     """Torque of recordings after the filter, and the columns of the ordinary model."""
-    robot, filter = pid.load_robot("ur5"), pid.Filter()
-    return build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), prepare_all(robot, recordings, filter), filter)
+    robot = pid.load_robot("ur5")
+    return build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), prepare_all(robot, recordings, FILTER), FILTER)
 
 
 def pilot(hidden: Hidden, arm: Arm, plans: Sequence[Motion], question: str) -> Array:

@@ -71,10 +71,7 @@ def confusion(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, int]]:
     for r in rows:
         (h,) = r["hidden"]
         told = r["score"]["told"].split("; ")[0]
-        if r["score"]["first"]:
-            named = h["effect"]
-        else:
-            named = told.split(" or ")[0]
+        named = h["effect"] if r["score"]["first"] else told.split(" or ")[0]
         result.setdefault(h["effect"], Counter())[named] += 1
     return {effect: dict(counts) for effect, counts in sorted(result.items())}
 

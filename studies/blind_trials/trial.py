@@ -16,7 +16,7 @@ from physident.diagnosis.refit import as_estimate
 from physident.estimation.identify import prepare_all
 from physident.identifiability import Identifiability, measure_identifiability
 from physident.visibility import VISIBLE
-from studies.blind_trials.arms import ARMS, CACHE, Taken, identified, motion, nominal, take
+from studies.blind_trials.arms import ARMS, CACHE, FILTER, Taken, identified, motion, nominal, take
 from studies.blind_trials.cases import KINDS, QUESTIONS, TIERS, Hidden, Rng, draw
 from studies.blind_trials.sizing import oracle, pilot, scale
 from tests.plant import Arm, hide
@@ -131,9 +131,9 @@ def prepare(group: int, number: int, pair: bool) -> Prepared:
         return Prepared(trial, scene.model, scene.changed(trial.hidden, trial.tag), scene.clean)
     rng = np.random.default_rng([group, number, 107])
     tier = tier_of(number, pair)
-    filter, robot = pid.Filter(), pid.load_robot("ur5")
-    signals = prepare_all(robot, [taken.recording for taken in scene.clean[:2]], filter)
-    table = measure_identifiability(robot, signals, filter)
+    robot = pid.load_robot("ur5")
+    signals = prepare_all(robot, [taken.recording for taken in scene.clean], FILTER)
+    table = measure_identifiability(robot, signals, FILTER)
     for attempt in range(200):
         hidden = tuple(draw(name, rng) for name in _names(number, attempt, pair, rng))
         if any(scene.visible(table, h) == (tier == "invisible") for h in hidden):
@@ -195,7 +195,7 @@ def _made(scene: Scene, tier: str, hidden: tuple[Hidden, ...], attempt: int, rng
 
 def _noise(scene: Scene) -> Array:
     """RMS (6,) [N m] of what the model leaves of clean recordings."""
-    return pid.validate(as_estimate(scene.model, pid.Filter()), [taken.recording for taken in scene.clean]).rms
+    return pid.validate(as_estimate(scene.model, FILTER), [taken.recording for taken in scene.clean]).rms
 
 
 def _strength(percent: float) -> float:
