@@ -1,0 +1,125 @@
+"""Every gate of the search keeps something out: each test fails where its gate is loosened."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis import search
+from physident.diagnosis.case import Case, State
+from physident.diagnosis.contact import scan
+from physident.diagnosis.evidence import OUTSIDE
+from physident.diagnosis.gains import gains
+from physident.diagnosis.question import ask
+from physident.diagnosis.row_noise import velocity_noise
+from physident.diagnosis.search import Look, choose, look, possible_sign, settled, surrogates, touched
+from physident.estimation.identify import prepare_all
+from tests.plant import Arm, Sensors, multisine, record
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
+    folder = tmp_path_factory.mktemp("gates")
+    for seed in (31, 33, 35, 37):
+        record(Arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+    return [pid.load_recording(folder / f"{seed}.csv") for seed in (31, 33, 35, 37)]
+
+
+def opened(ur5: pid.Robot, runs: list[pid.Recording], change: np.ndarray | None = None) -> State:
+    """A healthy arm's recordings put to its model, with a torque (N, 6) added to both."""
+    estimate = pid.identify(ur5, runs[:2])
+    asked = [r if change is None else replace(r, effort=r.effort + change[: len(r.time)]) for r in runs[2:]]
+    signals = prepare_all(ur5, asked, estimate.filter)
+    return settled(Case.open(ask(estimate, runs[2:]), estimate, signals, estimate.filter, 0), ())
+
+
+@pytest.fixture(scope="module")
+def healthy(ur5: pid.Robot, runs: list[pid.Recording]) -> State:
+    return opened(ur5, runs)
+
+
+@pytest.fixture(scope="module")
+def seen(healthy: State) -> Look:
+    return look(healthy)
+
+
+def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: State, seen: Look) -> None:
+    fresh = replace(healthy, case=replace(healthy.case, seed=1))
+    responses = surrogates(fresh)
+    luckiest = (
+        gains(fresh.evidence, fresh.baseline, fresh.fit, responses).least[seen.share >= search.VISIBLE].max(axis=0)
+    )
+    assert np.mean(luckiest > seen.threshold) < 0.04
+    assert np.mean(scan(fresh, responses).evidence > seen.touch) < 0.04
+
+
+def test_a_gain_of_no_use_is_not_named_however_sure(healthy: State, seen: Look) -> None:
+    certain = replace(seen, threshold=-np.inf, share=np.ones_like(seen.share))
+    placebos = [c.placebo for c in healthy.evidence.candidates]
+    assert choose(replace(certain, gain=np.where(placebos, -np.inf, certain.gain))) is None
+
+
+def test_a_gain_that_one_block_makes_is_not_named(healthy: State, monkeypatch: pytest.MonkeyPatch) -> None:
+    candidate = healthy.evidence.candidates[0]
+    before = np.ones((16, 6))
+    after = 1.02 * before
+    after[3] = 0.0
+
+    def costs(state: State, one: object, weights: object = None) -> np.ndarray:
+        return before if one is None else after
+
+    monkeypatch.setattr(search, "costs", costs)
+    assert search.reduction(before.sum(axis=0), after.sum(axis=0)) > search.LEAST_REDUCTION
+    assert not search._useful(healthy, candidate)
+
+
+@pytest.mark.parametrize(("gain", "least", "share"), [(90.0, 5.0, 0.5), (90.0, 80.0, 1e-5)])
+def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
+    seen: Look, gain: float, least: float, share: float
+) -> None:
+    given = {"gain": np.full_like(seen.gain, gain), "least": np.full_like(seen.least, least)}
+    one = replace(seen, **given, share=np.full_like(seen.share, share), threshold=20.0)
+    assert not one.passes(0)
+    assert replace(one, least=one.gain, share=np.ones_like(one.share)).passes(0)
+
+
+def test_the_search_ends_where_a_placebo_comes_next(healthy: State, seen: Look) -> None:
+    """A real effect would pass behind it: what follows a column that cannot be a cause is worth no more."""
+    first = next(i for i, c in enumerate(healthy.evidence.candidates) if c.placebo)
+    gain = np.full_like(seen.gain, 50.0)
+    gain[first] = 100.0
+    assert choose(replace(seen, gain=gain, least=gain, share=np.ones_like(gain), threshold=20.0)) is None
+
+
+def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
+    v = runs[2].dq
+    assert v is not None
+    driven = opened(ur5, runs[:3], -3 * Arm().friction.coulomb * np.tanh(v / 0.01) * (np.arange(6) == 4))
+    (coulomb,) = (c for c in driven.evidence.candidates if c.key == ("coulomb_friction", (5,)))
+    assert "drive" in str(possible_sign(driven, coulomb))
+    assert ("coulomb_friction", (5,)) not in {c.candidate.key for c in search.search(driven.case).accepted}
+
+
+def test_a_contact_too_small_to_matter_is_not_named(seen: Look) -> None:
+    strong = replace(seen.contact, evidence=np.full_like(seen.contact.evidence, 1e3))
+    assert not touched(replace(seen, contact=strong), None)
+    assert touched(replace(seen, contact=replace(strong, reduction=10.0)), None)
+
+
+def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: State) -> None:
+    signals = healthy.case.signals[0]
+    np.testing.assert_allclose(velocity_noise(signals), Sensors().velocity_noise, rtol=0.2)
+    regressor, weights = healthy.evidence.regressor, healthy.case.weights
+    rows = (regressor.recording == 0) & (healthy.evidence.fold != OUTSIDE)
+    at = np.searchsorted(signals.time, regressor.time[rows])
+    for j in range(6):
+        slow = np.abs(signals.v[at, j]) < 0.01
+        if slow.any():
+            assert weights[rows, j][slow].mean() < 0.8 * weights[rows, j][np.abs(signals.v[at, j]) > 0.3].mean()
+    # what is left has one size, near reversals and away from them
+    slow = np.abs(signals.v[at]) < 0.05
+    left = healthy.fit.residual[rows]
+    assert np.std(left[slow] / np.broadcast_to(healthy.fit.sigma, left.shape)[slow]) < 1.5
