@@ -33,6 +33,7 @@ VERBS = (
     "simulate",
     "design",
 )
+INTERRUPTED = 130  # the exit code of Ctrl-C
 MAX_LINE = 800  # characters of a message
 for _verb in VERBS:
     importlib.import_module(f"physident.cli.{_verb}")
@@ -63,6 +64,8 @@ def run(arguments: list[str]) -> int:
         warnings.simplefilter("always", PhysidentWarning)
         try:
             result = app(args=arguments or ["--help"], prog_name="physident", standalone_mode=False)
+            if result == INTERRUPTED:  # typer takes Ctrl-C for an exit of its own
+                raise KeyboardInterrupt
             for text in dict.fromkeys(held):
                 _say(text)
             return result if isinstance(result, int) else 0
@@ -73,8 +76,8 @@ def run(arguments: list[str]) -> int:
             _say(f"error: {error.format_message()}; see physident --help")  # pyright: ignore[reportAttributeAccessIssue]
             return 2
         except (typer.Abort, KeyboardInterrupt):
-            _say("stopped; nothing was written")
-            return 130
+            _say("stopped; no file was left half written")
+            return INTERRUPTED
         except BrokenPipeError:
             sys.stderr.close()
             return 0

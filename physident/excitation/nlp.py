@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,9 +125,29 @@ def minimise(
         "error_on_fail": False,
         "no_nlp_grad": True,
     }
-    solver = ca.nlpsol("solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac})
-    found = solver(x0=y, lbg=rows.lower, ubg=rows.upper)
+    shapes = (size, 1, count, size, count, 0)  # of x, f, g and the multipliers of x, g and p
+    with _held_interrupt() as pressed:
+        told = [(name, ca.Sparsity.dense(k, 1)) for name, k in zip(ca.nlpsol_out(), shapes, strict=True)]
+        stop = _Call("stop", told, [("stop", scalar)], lambda _: [len(pressed)])
+        solver = ca.nlpsol("solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac, "iteration_callback": stop})
+        found = solver(x0=y, lbg=rows.lower, ubg=rows.upper)
     return np.asarray(found["x"]).ravel()
+
+
+@contextmanager
+def _held_interrupt() -> Iterator[list[int]]:
+    """Signals of Ctrl-C that came inside, handled as usual after: CasADi would take one for a point without a value."""
+    usual, pressed = signal.getsignal(signal.SIGINT), []
+    held = callable(usual) and threading.current_thread() is threading.main_thread()
+    if held:
+        signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield pressed
+    finally:
+        if held:
+            signal.signal(signal.SIGINT, usual)
+    if pressed and callable(usual):
+        usual(pressed[0], None)
 
 
 class _Call(ca.Callback):
