@@ -115,8 +115,10 @@ def _described(source: str, effects: str | None) -> Model:
     from physident.robot import load_robot
 
     named = [name.strip() for name in (effects or "").split(",") if name.strip()]
+    if effects is not None and not named:
+        raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
 
 
 def _say(text: str) -> None:
-    typer.echo(f"physident: found {text}", err=True)
+    typer.echo(f"physident: trying {text}", err=True)

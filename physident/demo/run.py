@@ -44,7 +44,7 @@ class Demo:
     def __repr__(self) -> str:
         folder = self.folder
         runs = " ".join(str(folder / name) for name in NOW)
-        command = f"physident diagnose --model {folder / 'model.json'} {runs} --holdout {folder / UNSEEN}"
+        command = f"physident diagnose --model {folder / 'model.json'} {runs} --holdout {folder / UNSEEN} --json {folder / 'diagnosis.json'}"
         verdict = "named" if self.named else "NOT named"
         return "\n".join(
             [

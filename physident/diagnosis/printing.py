@@ -71,16 +71,19 @@ def _levels(d: Diagnosis) -> list[str]:
 
 def _finding(number: int, f: Finding) -> list[str]:
     low, high = f.gain.interval95
+    size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m, " if len(f.joints) == 1 else ""
     rows = [
-        f"{number}. {_named(f.effect, f.joints)}: RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m on left-out rows,"
-        f" {f.gain.reduction_percent:.1f} % less [{low:.1f}, {high:.1f}]"
+        f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
+        f" [{low:.1f}, {high:.1f}]"
     ]
-    many = len(f.parameters) > 2 * VALUES
-    shown = f.parameters[: 2 * VALUES]
+    decided = [v for v in f.parameters if v.std > 0 or v.change != 0]  # the rest is what no motion shows
+    shown = decided[: 2 * VALUES]
     texts = [_value(v, len(f.joints) > 1) for v in shown]
     rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
-    if many:
-        rows[-1] += f", and {len(f.parameters) - len(shown)} more"
+    if len(decided) > len(shown):
+        rows[-1] += f", and {len(decided) - len(shown)} more"
+    if any(v.interval95[0] < 0 < v.interval95[1] and v.change == v.value for v in shown):
+        rows.append("   what it adds is sure, its values one by one are not: an interval that holds zero")
     if f.intervals:
         rows.append("   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals))
     if f.rivals:

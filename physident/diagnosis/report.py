@@ -129,7 +129,8 @@ def _advice(name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
     other = rivals[0]
     told = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
     said = [f"{text}. " for own, text in told if own in text][:1]
-    joint = f" --joint {joints[0]}" if tuple(joints) == other.joints and len(joints) == 1 else ""
+    common = [j for j in joints if j in other.joints]
+    joint = f" --joint {common[0]}" if common else ""
     if other.effect == name:
         return said[0].strip() if said else ""
     command = f"physident design --model MODEL --discriminate {name} {other.effect}{joint} --out motion.json"

@@ -24,7 +24,7 @@ def evidence(c: Contents) -> list[Markup]:
     passed = sum(p.passed for p in c.placebos)
     text = (
         "Evidence is what an effect explains on rows that were left out of the fit, in units of the noise. The gate is what"
-        " the luckiest effect of the whole catalogue reaches, in 98 of 100 cases at most, when the residual keeps its"
+        " the luckiest effect of the whole catalogue reaches, in 99 of 100 cases at most, when the residual keeps its"
         " spectrum but loses its relation to the motion. Placebos are columns that cannot be a cause; they must fail. A finding on several joints has the sum of theirs."
     )
     head = ["", "evidence", "times the gate"]
