@@ -71,7 +71,8 @@ def measure_manipulability(robot: Robot, q: Array) -> Manipulability:
     chain = _chain(robot)
     J = np.empty((len(q), 6, len(chain)))
     for k, pose in enumerate(q):
-        J[k] = tool.toActionMatrixInverse() @ pin.computeJointJacobian(model, data, pose, model.njoints - 1)[:, chain]
+        own = pin.computeJointJacobian(model, data, pose, model.njoints - 1).reshape(6, -1)  # flat for one joint
+        J[k] = tool.toActionMatrixInverse() @ own[:, chain]
     size = np.linalg.svd(J, compute_uv=False)
     scaled = J.copy()
     scaled[:, :3] /= _reach(robot)

@@ -576,6 +576,7 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "one model": (["compare", "--model", "model.json", "--on", "other.csv"], "1 models given, expected two"),
     "nothing to compare on": (["compare", "--model", "model.json", "--model", "model.json"], "--on"),
     "compare on a fitted one": ([*COMPARE[:-1], "good.csv"], "fitted"),
+    "diagnose no effects": (["diagnose", "good.csv", "--robot", "ur5", "--effects", ","], "--effects is ','"),
     "demo in a file": (["demo", "--folder", "good.csv"], "good.csv"),
     "demo below a file": (["demo", "--folder", "good.csv/demo"], "good.csv"),
     "demo in a place that takes none": (["demo", "--folder", "/proc/demo"], "/proc/demo"),

@@ -10,6 +10,7 @@ import pytest
 import physident as pid
 from physident.cli import run
 from tests.robots import TREE
+from tests.test_bad_input_models import ONE
 
 
 def test_design_writes_what_it_prints(tmp_path, capsys):
@@ -68,3 +69,22 @@ def test_bad_options_are_one_line_and_no_file(options, said, tmp_path, monkeypat
     assert said in error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_arm_of_one_joint_has_a_design_and_no_coupled_rival(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one.urdf").write_text(f"{ONE}</robot>\n")
+    command = ["design", "--robot", "one.urdf", "--limits", "joint", "--harmonics", "2", "--out", "plan.json"]
+    rivals = ["--discriminate", "viscous_friction", "coupled_friction", "--noise", "1"]
+    assert run([*command, *rivals]) == 2
+    error = capsys.readouterr().err
+    assert "has no joint for viscous_friction beside coupled_friction" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "plan.json").exists()
+    assert run(command) == 0
+    motion = pid.load_trajectory(tmp_path / "plan.json")
+    poses = motion.sample(20.0)[1]
+    # one joint's tool turns at its rate and goes nowhere else: the Jacobian is one column, as long at every pose
+    found = pid.measure_manipulability(pid.load_robot("one.urdf"), poses)
+    np.testing.assert_allclose(found.measure, found.measure[0])
+    np.testing.assert_allclose(found.ratio, 1.0)

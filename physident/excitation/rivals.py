@@ -65,6 +65,10 @@ def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
         raise InputError(f"effect {a!r} was given twice, expected two rivals")
     n = model.robot.n
     can = [j for j in range(1, n + 1) if all(j <= _last(name, n) for name in (a, b))]
+    if not can:
+        raise InputError(
+            f"robot {model.robot.name} has no joint for {a} beside {b}, expected rivals that need fewer joints"
+        )
     if joint is not None and joint not in can:
         raise InputError(f"joint {joint} has no {a} beside {b}, expected one of {', '.join(map(str, can))}")
     joints = tuple(can) if joint is None else (joint,)
