@@ -49,6 +49,25 @@ def _designed() -> list[tuple[str, str, str]]:
     ]
 
 
+def _diagnosed() -> list[tuple[str, str, str]]:
+    """How often a diagnosis is right, in blind trials, and how long it takes."""
+    sets = results("blind_trials")["sets"].values()
+
+    def both(key: str) -> str:
+        return " and ".join(f"{one[key]['percent']:.0f} % of {one[key]['n']}" for one in sets)
+
+    return [
+        (
+            "a hidden effect is named first, alone or in a class of rivals; blind trials",
+            both("first"),
+            "blind_trials",
+        ),
+        ("... and alone", both("alone"), "blind_trials"),
+        ("healthy arms accused of something", both("false"), "blind_trials"),
+        ("two hidden effects are both named", both("both"), "blind_trials"),
+    ]
+
+
 def measured() -> str:
     """What the studies on known truths show, a line each."""
     coverage = results("calibration")["coverage"]
@@ -102,7 +121,7 @@ def measured() -> str:
             "thesis",
         )
     )
-    rows += _designed()
+    rows += _diagnosed() + _designed()
     lines = ["| what | figure | study |", "|---|---|---|"]
     return "\n".join(
         lines + [f"| {what} | {figure} | [{study}](studies/{study}/README.md) |" for what, figure, study in rows]

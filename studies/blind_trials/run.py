@@ -96,13 +96,13 @@ def rows_of(group: int) -> Path:
 
 
 def kept() -> None:
-    """Write results.json and the README's table from the rows of sets 1 and 2."""
+    """Write results.json and the README's table from the rows of sets 1 and, where it was run, 2."""
     from studies.kept import keep
 
     sets = {}
     for group, name in ((1, "first seeds"), (2, "second seeds")):
-        rows = [json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()]
-        sets[name] = summary(rows)
+        if rows_of(group).exists():
+            sets[name] = summary([json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()])
     keep(Path(__file__).parent, {"asked": ASKED, "sets": sets}, table(sets))
 
 
