@@ -65,7 +65,17 @@ def solve_physical(
     """
     nominal = nominal_values(how.prior, base.columns, nominal)
     cones = physical_cones(robot, effects, how.total_mass, how.shapes, how.bounds)
-    coordinates = Coordinates.around(nominal, base.columns, _sizes(regressor))
+    try:
+        scaled = Coordinates.around(nominal, base.columns, _sizes(regressor))
+        return _solved(regressor, base, nominal, cones, scaled, how)
+    except NotSolvedError:  # each scale has data on which the solver stumbles; an answer is proved the same in both
+        return _solved(regressor, base, nominal, cones, Coordinates.around(nominal, base.columns), how)
+
+
+def _solved(
+    regressor: Regressor, base: BaseParameters, nominal: Array, cones: Cones, coordinates: Coordinates, how: Physical
+) -> PhysicalSolution:
+    """The physical estimate, solved in some coordinates."""
     program = Program(base.grouping, coordinates, cones, how.prior)
     sigma = _first_sigma(regressor, base, nominal)
     weight = 1.0 if how.prior.weight == "auto" else float(how.prior.weight)

@@ -62,7 +62,9 @@ def one_look(estimate: pid.Estimate, recordings: list[pid.Recording]) -> tuple[i
     chosen = options[:: max(1, len(options) // PLAIN)][:PLAIN]
     begun = time.process_time()
     for option in chosen:
-        left_out_residual(state.evidence, state.baseline, state.fit.weights, [state.evidence.everywhere(option.columns)])
+        left_out_residual(
+            state.evidence, state.baseline, state.fit.weights, [state.evidence.everywhere(option.columns)]
+        )
     each = (time.process_time() - begun) / len(chosen)
     return len(options), look, each * len(options) * responses.shape[2]
 
