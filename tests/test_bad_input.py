@@ -783,4 +783,5 @@ def test_the_unbroken_files_pass(folder: Folder, capfd: pytest.CaptureFixture) -
     assert run(COMPARE) == 0
     for robot in ("arm.urdf", "arm.toml"):
         assert run(["base-parameters", "--robot", robot]) == 0
-    assert capfd.readouterr().err == ""
+    said = [line for line in capfd.readouterr().err.splitlines() if line and "near a singularity" not in line]
+    assert said == []  # this motion does pass near one
