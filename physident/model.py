@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
-from physident.rigid_body_regressor import gravity_torque, inverse_dynamics
+from physident.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.robot import Robot
 from physident.signals import Signals
 

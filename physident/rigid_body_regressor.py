@@ -1,12 +1,13 @@
 """The rigid-body regressor: joint torques as a linear function of every link's ten inertial parameters.
 
 Written once as a CasADi expression, so that trajectory design can differentiate it, and evaluated for recordings by
-running its instruction list on NumPy arrays, a cache-sized chunk of samples at a time. Only structural non-zeros are
-computed: a joint's torque depends on the links it carries, and on nothing else.
+``Vectorised``. Only structural non-zeros are computed: a joint's torque depends on the links it carries, and on nothing
+else. Where the link parameters are known and only the torque is wanted, ``inverse_dynamics`` is quicker.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -14,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.robot import Robot
+from physident.vectorised import Vectorised
 
 Array = NDArray[np.float64]
-CHUNK = 1024  # samples: the work arrays of a 6-joint arm then fit a second-level cache
 
 
 def torque_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
@@ -33,150 +34,109 @@ def torque_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
 
 def torque_pattern(robot: Robot) -> NDArray[np.intp]:
     """(E, 2): joint row and parameter column of each structural non-zero, in the order of ``torque_entries``."""
-    return _compiled(_key(robot)).pattern
+    return _compiled(robot_key(robot)).pattern
 
 
 def torque_entries(robot: Robot, q: Array, v: Array, a: Array) -> Array:
     """Structural non-zeros (E, N) of the regressor; arguments as in ``torque_regressor``."""
-    return _compiled(_key(robot)).run(np.concatenate([q.T, v.T, a.T]))
-
-
-def inverse_dynamics(robot: Robot, links: Array, q: Array, v: Array, a: Array) -> Array:
-    """Joint torques (N, n) [N m|N] of link parameters (10 n,), which need not be physical; q, v, a are (N, n)."""
-    program = _compiled(_key(robot))
-    return _summed(program, links, program.run(np.concatenate([q.T, v.T, a.T])))
-
-
-def gravity_torque(robot: Robot, links: Array, q: Array, direction: Array) -> Array:
-    """Joint torques (N, n) that hold link parameters (10 n,) still against gravity ``direction`` (3,) [m/s^2]."""
-    program = _compiled((_key(robot)[0], tuple(float(g) for g in direction)))
-    return _summed(program, links, program.run(np.concatenate([q.T, np.zeros((2 * robot.n, len(q)))])))
-
-
-def _summed(program: _Program, links: Array, entries: Array) -> Array:
-    tau = np.zeros((len(program.sums), entries.shape[1]))
-    for row, (own, columns) in enumerate(program.sums):
-        tau[row] = links[columns] @ entries[own]
-    return tau.T
+    return _compiled(robot_key(robot)).entries.run(np.concatenate([q.T, v.T, a.T]))
 
 
 def torque_expression(robot: Robot) -> Any:
     """The CasADi function (q, v, a) -> Y (n, 10 n), sparse, of one state: the source of exact gradients."""
-    return _compiled(_key(robot)).function
+    return _compiled(robot_key(robot)).function
 
 
-def _key(robot: Robot) -> tuple:
+def robot_key(robot: Robot) -> tuple:
+    """Joints and gravity of a robot as hashable numbers: what its dynamics depend on, link parameters apart."""
     joints = tuple((j.kind, j.parent, *map(tuple, (j.axis, j.rotation.ravel(), j.translation))) for j in robot.joints)
     return joints, tuple(robot.gravity)
 
 
+@dataclass(frozen=True, eq=False)
+class _Compiled:
+    """The regressor of one state as a CasADi function, where its non-zeros stand, and what evaluates them for many."""
+
+    function: Any
+    pattern: NDArray[np.intp]
+    entries: Vectorised
+
+
 @lru_cache(maxsize=32)
-def _compiled(key: tuple) -> _Program:
-    return _Program(*key)
+def _compiled(key: tuple) -> _Compiled:
+    import casadi as ca
 
-
-class _Program:
-    """The symbolic regressor and its instruction list, ready to run on arrays of samples."""
-
-    def __init__(self, joints: tuple, gravity: tuple) -> None:
-        import casadi as ca
-
-        n = len(joints)
-        q, v, a = (ca.SX.sym(name, n) for name in "qva")
-        Y = _symbolic(joints, gravity, q, v, a)
-        self.function = ca.Function("Y", [q, v, a], [Y], ["q", "v", "a"], ["Y"])
-        rows, columns = map(np.array, Y.sparsity().get_triplet())
-        self.pattern = np.column_stack([rows, columns]).astype(np.intp)
-        self.pattern.setflags(write=False)
-        owned = [np.flatnonzero(rows == j) for j in range(n)]
-        self.sums = [(own, self.pattern[own, 1]) for own in owned]
-        self._instructions(ca, ca.Function("entries", [ca.vertcat(q, v, a)], [ca.SX(ca.vertcat(*Y.nonzeros()))]))
-
-    def _instructions(self, ca: Any, function: Any) -> None:
-        binary = {ca.OP_ADD: np.add, ca.OP_SUB: np.subtract, ca.OP_MUL: np.multiply}
-        unary = {
-            ca.OP_NEG: np.negative,
-            ca.OP_SQ: np.square,
-            ca.OP_SIN: np.sin,
-            ca.OP_COS: np.cos,
-            ca.OP_ASSIGN: np.positive,
-        }
-        self.slots = function.sz_w()
-        self.program: list[tuple[Any, tuple[int, ...], int]] = []
-        self.constants: list[tuple[int, float]] = []
-        self.inputs: list[tuple[int, int]] = []
-        self.outputs: list[tuple[int, int]] = []
-        for k in range(function.n_instructions()):
-            op, source, target = (
-                function.instruction_id(k),
-                function.instruction_input(k),
-                function.instruction_output(k),
-            )
-            if op == ca.OP_CONST:
-                self.program.append((float(function.instruction_constant(k)), (), target[0]))
-            elif op == ca.OP_INPUT:
-                self.program.append((None, (source[1],), target[0]))
-            elif op == ca.OP_OUTPUT:
-                self.program.append((np.copyto, (source[0],), target[1]))
-            elif op == ca.OP_TWICE:
-                self.program.append((np.add, (source[0], source[0]), target[0]))
-            elif op in binary:
-                self.program.append((binary[op], tuple(source), target[0]))
-            else:
-                self.program.append((unary[op], tuple(source[:1]), target[0]))
-
-    def run(self, states: Array) -> Array:
-        """Structural non-zeros (E, N) for states (3 n, N): q, v, a stacked."""
-        N = states.shape[1]
-        entries = np.empty((len(self.pattern), N))
-        work = np.empty((self.slots, min(CHUNK, N)))
-        for start in range(0, N, CHUNK):
-            stop = min(start + CHUNK, N)
-            w, x, out = work[:, : stop - start], states[:, start:stop], entries[:, start:stop]
-            for operation, source, target in self.program:
-                if operation is None:
-                    w[target] = x[source[0]]
-                elif operation is np.copyto:
-                    out[target] = w[source[0]]
-                elif isinstance(operation, float):
-                    w[target] = operation
-                elif len(source) == 2:
-                    operation(w[source[0]], w[source[1]], w[target])
-                else:
-                    operation(w[source[0]], w[target])
-        return entries
+    joints, gravity = key
+    q, v, a = (ca.SX.sym(name, len(joints)) for name in "qva")
+    Y = _symbolic(joints, gravity, q, v, a)
+    pattern = np.column_stack(Y.sparsity().get_triplet()).astype(np.intp)
+    pattern.setflags(write=False)
+    return _Compiled(
+        ca.Function("Y", [q, v, a], [Y], ["q", "v", "a"], ["Y"]),
+        pattern,
+        Vectorised(ca.Function("entries", [ca.vertcat(q, v, a)], [ca.SX(ca.vertcat(*Y.nonzeros()))])),
+    )
 
 
 def _symbolic(joints: tuple, gravity: tuple, q: Any, v: Any, a: Any) -> Any:
-    """Y (n, 10 n) as an SX expression. Every vector is in the frame of the body it is written down for."""
+    """Y (n, 10 n) as an SX expression."""
     import casadi as ca
 
     n = len(joints)
     Y = ca.SX(n, 10 * n)
-    bodies: list[tuple[Any, Any, Any]] = []  # angular velocity, angular acceleration, linear acceleration of the origin
     rays: list[dict[int, tuple[Any, Any]]] = []  # by ancestor joint: its unit motion (linear, angular) in this frame
+    for i, body in enumerate(moving_bodies(joints, gravity, q, v, a)):
+        above = rays[body.parent] if body.parent >= 0 else {}
+        R, arm = body.R, body.arm
+        ray = {j: (R.T @ (lin + ca.cross(ang, arm)), R.T @ ang) for j, (lin, ang) in above.items()}
+        ray[i] = body.ray
+        rays.append(ray)
+        for j, (lin, ang) in ray.items():
+            Y[j, 10 * i : 10 * i + 10] = _power_coefficients(ca, lin, ang, body.w, body.alpha, body.acc).T
+    return ca.sparsify(Y)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A moving link as SX expressions in its own frame, unless said otherwise.
+
+    ``R`` turns its frame into the parent's, ``arm`` runs from the parent's origin to its own in the parent's frame;
+    ``ray`` is its joint's unit motion (linear, angular); ``w``, ``alpha`` are its angular velocity and acceleration, ``acc``
+    the acceleration of its origin, gravity taken off. ``field`` (3, 3) times a point is what the point accelerates beyond that.
+    """
+
+    parent: int
+    R: Any
+    arm: Any
+    ray: tuple[Any, Any]
+    w: Any
+    alpha: Any
+    acc: Any
+    field: Any
+
+
+def moving_bodies(joints: tuple, gravity: Any, q: Any, v: Any, a: Any) -> list[Body]:
+    """Every link of ``robot_key``'s joints in motion, parents first, under ``gravity`` (3,), numbers or expressions."""
+    import casadi as ca
+
+    bodies: list[Body] = []
+    zero = ca.SX(3, 1)
+    still = Body(-1, None, None, (zero, zero), zero, zero, ca.sparsify(-ca.SX(gravity)), ca.SX(3, 3))
     for i, (kind, parent, axis, rotation, translation) in enumerate(joints):
         s, E0, p = _constant(ca, axis, 3, 1), _constant(ca, rotation, 3, 3), _constant(ca, translation, 3, 1)
-        zero = ca.SX(3, 1)
-        w0, alpha0, acc0 = bodies[parent] if parent >= 0 else (zero, zero, _constant(ca, [-g for g in gravity], 3, 1))
+        carrier = bodies[parent] if parent >= 0 else still
         turning = kind == "revolute"
-        R = (E0 @ _rotation(ca, s, q[i])) if turning else E0  # from this frame to the parent's
-        arm = p if turning else p + E0 @ s * q[i]  # from the parent's origin to this one, in the parent's frame
-        w, alpha = R.T @ w0, R.T @ alpha0
-        acc = R.T @ (acc0 + ca.cross(alpha0, arm) + ca.cross(w0, ca.cross(w0, arm)))
+        R = (E0 @ _rotation(ca, s, q[i])) if turning else E0
+        arm = p if turning else p + E0 @ s * q[i]
+        w, alpha, acc = R.T @ carrier.w, R.T @ carrier.alpha, R.T @ (carrier.acc + carrier.field @ arm)
         if turning:
             alpha = alpha + s * a[i] + ca.cross(w, s * v[i])
             w = w + s * v[i]
         else:
             acc = acc + s * a[i] + 2 * ca.cross(w, s * v[i])
-        bodies.append((w, alpha, acc))
-        above = rays[parent] if parent >= 0 else {}
-        ray = {j: (R.T @ (lin + ca.cross(ang, arm)), R.T @ ang) for j, (lin, ang) in above.items()}
-        ray[i] = (zero, s) if turning else (s, zero)
-        rays.append(ray)
-        for j, (lin, ang) in ray.items():
-            Y[j, 10 * i : 10 * i + 10] = _power_coefficients(ca, lin, ang, w, alpha, acc).T
-    return ca.sparsify(Y)
+        field = ca.skew(alpha) + w @ w.T - ca.sumsqr(w) * ca.SX.eye(3)
+        bodies.append(Body(parent, R, arm, (zero, s) if turning else (s, zero), w, alpha, acc, field))
+    return bodies
 
 
 def _power_coefficients(ca: Any, lin: Any, ang: Any, w: Any, alpha: Any, acc: Any) -> Any:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Array, Column, Effect
 from physident.errors import InputError
-from physident.rigid_body_regressor import gravity_torque
+from physident.inverse_dynamics import gravity_torque
 from physident.robot import Robot
 from physident.signals import Signals
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Array, Cone, Effect, nonnegative
-from physident.rigid_body_regressor import inverse_dynamics
+from physident.inverse_dynamics import inverse_dynamics, torque_changes
 from physident.robot import Robot
 from physident.signals import Signals, derivative
 
 PASSBAND = 1.5  # times the cutoff of the common filter
-LEAST_STEP = 1e-5  # rad: of the directional derivative, small beside any motion and large beside rounding
 
 
 @dataclass(frozen=True)
@@ -54,14 +53,16 @@ class JointElasticity(Effect):
         return np.array([(j, c) for c in range(count) for j in range(robot.n)], dtype=np.intp).reshape(-1, 2)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        torque = inverse_dynamics(robot, signals.from_model("links"), signals.q, signals.v, signals.a)
-        columns = []
-        for i in self.active(robot):
-            # the window passes the filter's band and no more: twice differentiated noise would drown the bend
-            passband = PASSBAND * signals.cutoff
-            bend = [torque[:, i], *(derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2))]
-            columns.append(-_directional(robot, signals, i, bend).T)
-        return np.concatenate(columns) if columns else np.zeros((0, len(signals.time)))
+        links, state, active = signals.from_model("links"), (signals.q, signals.v, signals.a), tuple(self.active(robot))
+        torque = inverse_dynamics(robot, links, *state)
+        bends = np.empty((len(active), 3, len(signals.time)))
+        passband = (
+            PASSBAND * signals.cutoff
+        )  # no more than the filter's band: twice differentiated noise drowns the bend
+        for bend, i in zip(bends, active, strict=True):
+            bend[0] = torque[:, i]
+            bend[1:] = [derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2)]
+        return -torque_changes(robot, links, state, active, bends).reshape(-1, len(signals.time))
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         """Nothing: the plant moves its links; what the encoders show of them is ``measure``."""
@@ -77,18 +78,3 @@ class JointElasticity(Effect):
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)
-
-
-def _directional(robot: Robot, signals: Signals, joint: int, direction: list[Array]) -> Array:
-    """Derivative (N, n) of the link torques along a motion of one joint: position, velocity, acceleration (N,)."""
-    largest = max(float(np.abs(d).max(initial=0.0)) for d in direction)
-    if largest == 0:
-        return np.zeros_like(signals.q)
-    step = LEAST_STEP / largest
-    sides = []
-    for sign in (step, -step):
-        moved = [x.copy() for x in (signals.q, signals.v, signals.a)]
-        for x, d in zip(moved, direction, strict=True):
-            x[:, joint] += sign * d
-        sides.append(inverse_dynamics(robot, signals.from_model("links"), moved[0], moved[1], moved[2]))
-    return (sides[0] - sides[1]) / (2 * step)

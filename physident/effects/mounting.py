@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
-from physident.rigid_body_regressor import gravity_torque, inverse_dynamics
+from physident.inverse_dynamics import gravity_torque, torque_changes
 from physident.robot import Robot
 from physident.signals import Signals
-
-STEP = 1e-4  # rad: of the central difference, error of order 1e-8
 
 
 @dataclass(frozen=True)
@@ -68,15 +66,9 @@ class JointZeroOffset(Effect):
         return np.array([(j, c) for c in range(count) for j in range(robot.n)], dtype=np.intp).reshape(-1, 2)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        columns = []
-        for joint in self.active(robot):
-            sides = []
-            for step in (STEP, -STEP):
-                q = signals.q.copy()
-                q[:, joint] += step
-                sides.append(inverse_dynamics(robot, signals.from_model("links"), q, signals.v, signals.a))
-            columns.append((sides[0] - sides[1]).T / (2 * STEP))
-        return np.concatenate(columns) if columns else np.zeros((0, len(signals.time)))
+        active, N = tuple(self.active(robot)), len(signals.time)
+        state, turns = (signals.q, signals.v, signals.a), np.ones((len(active), 1, N))
+        return torque_changes(robot, signals.from_model("links"), state, active, turns).reshape(-1, N)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         q = signals.q.copy()
