@@ -419,6 +419,7 @@ def without(*keys: str | int) -> Callable[[dict], Any]:
     return change
 
 
+SHAPE = {"effect": "warm_up", "joint": 1, "field": "time_constant", "value": 9.0, "std": 1.0, "unit": "s"}
 MODELS: dict[str, tuple[bytes | str | Callable[[dict], Any], str]] = {
     "empty": ("", "not valid JSON"),
     "not JSON": ("model: 1\n", "not valid JSON"),
@@ -469,12 +470,33 @@ MODELS: dict[str, tuple[bytes | str | Callable[[dict], Any], str]] = {
     "filter empty": (with_value("filter", value={"cut": 1}), "cut"),
     "filter negative": (with_value("filter", "cutoff", value=-5.0), "cutoff is -5"),
     "filter text": (with_value("filter", "cutoff", value="x"), "filter|cutoff|not a complete model"),
-    "recordings a number": (with_value("recordings", value=3), "not a complete model"),
+    "recordings a number": (with_value("recordings", value=3), "recordings is 3, expected a list"),
     "recording without hash": (without("recordings", 0, "sha256"), "sha256"),
     "columns a number": (with_value("columns", value=3), "columns"),
     "columns rubbish": (with_value("columns", value="banana"), "banana"),
     "gains short": (with_value("drive_gains", value=[1.0]), "drive.gains"),
     "gains text": (with_value("drive_gains", value="abcdef"), "drive.gains"),
+    "base_shares text": (with_value("base_shares", value="x"), "base_shares is 'x', expected a list"),
+    "base_shares short": (with_value("base_shares", value=[1.0]), "base_shares holds 1 numbers, expected 58"),
+    "shares text": (with_value("shares", value=["x"]), r"shares\[0\] is 'x'"),
+    "shares beyond": (with_value("shares", value=[1.5]), r"shares\[0\] is 1.5, expected 0 to 1"),
+    "shares without a prior": (with_value("shares", value=[0.5]), "ols, which has no prior"),
+    "prior weight of no prior": (with_value("prior_weight", value=1.0), "ols, which has no prior"),
+    "prior weight text": (with_value("prior_weight", value="x"), "prior_weight is 'x'"),
+    "prior weight a list": (with_value("prior_weight", value=[1]), r"prior_weight is \[1\]"),
+    "held numbers": (with_value("held", value=[3]), r"held\[0\] is 3, expected a text"),
+    "held text": (with_value("held", value="abc"), "held is 'abc', expected a list"),
+    "blocks negative": (with_value("blocks", value=-1), "blocks is -1, expected a whole number"),
+    "blocks a fraction": (with_value("blocks", value=2.5), "blocks is 2.5"),
+    "certificate text": (with_value("certificate", "stationarity", value="x"), "certificate.stationarity is 'x'"),
+    "certificate eigenvalue null": (
+        with_value("certificate", "eigenvalues", value=[None]),
+        r"eigenvalues\[0\] is None",
+    ),
+    "recording time text": (with_value("recordings", 0, "used", value="x"), r"recordings\[0\].used is 'x'"),
+    "recording hash a number": (with_value("recordings", 0, "sha256", value=3), r"recordings\[0\].sha256 is 3"),
+    "shape of no effect": (with_value("shapes", value=[SHAPE]), "no time_constant of warm_up on joint 1"),
+    "shape text": (with_value("shapes", value=[SHAPE | {"std": "x"}]), r"shapes\[0\].std is 'x'"),
     "gains zero": (with_value("drive_gains", value=[0, 1, 1, 1, 1, 1]), "drive.gains"),
 }
 
@@ -763,7 +785,11 @@ def leaves(value: Any, path: tuple = ()) -> Iterator[tuple]:
         yield from leaves(one, (*path, key))
 
 
-def test_a_model_with_any_entry_replaced_loads_or_says_why(folder: Folder) -> None:
+@pytest.mark.parametrize("method", ["ols", "physical"])
+def test_a_model_with_any_entry_replaced_loads_or_says_why(method: str, folder: Folder) -> None:
+    if method == "physical":
+        fit = ["identify", "good.csv", "--robot", "arm.toml", "--method", "physical", "--effects", "rigid_body"]
+        assert run([*fit, "--columns", "time=0,q=1:3,dq=7:9,tau=13:15", "--out", "small.json"]) == 0
     model = json.loads((folder / "small.json").read_text())
     values = itertools.cycle((None, [], {}, "x", -1, 1e308, [[1]]))  # seven: prime to most steps of the walk
     for path, value in itertools.chain(
@@ -773,7 +799,7 @@ def test_a_model_with_any_entry_replaced_loads_or_says_why(folder: Folder) -> No
         with_value(*path, value=value)(text)
         (folder / "bad.json").write_text(json.dumps(text))
         with contextlib.suppress(pid.InputError):
-            repr(pid.load_estimate(folder / "bad.json").model)
+            repr(pid.load_estimate(folder / "bad.json"))
 
 
 def test_the_unbroken_files_pass(folder: Folder, capfd: pytest.CaptureFixture) -> None:

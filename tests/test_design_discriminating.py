@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,10 @@ def test_a_design_shows_smaller_magnitudes(tree):
     ours = np.prod([one.magnitude for one in found.detectable])
     usual = np.prod([one.usual for one in found.detectable])
     assert ours < usual / 2
-    assert "verdict: every limit holds" in repr(found)
+    assert "torque, tool, table and links were not checked" in repr(found).partition("verdict: ")[2]
+    everything = replace(found, design=replace(found.design, limits="all"))
+    assert "verdict: every limit holds" in repr(everything)
+    assert "not checked" not in repr(everything)
     with pytest.raises(pid.InputError, match="how much torque noise"):
         pid.design_discriminating(tree, *rivals, "joint")
 

@@ -24,6 +24,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
         "urdf",
         "columns",
         "recording",
+        "recording_checks",
         "formats",
         "robot",
         "vectorised",

@@ -47,6 +47,7 @@ def identify(
     from physident.effects import DEFAULT_EFFECTS
     from physident.estimation.estimators import estimator_from_options
     from physident.estimation.identify import identify as run
+    from physident.recording_checks import check_effort
     from physident.robot import load_robot
     from physident.signals import Filter
 
@@ -58,6 +59,7 @@ def identify(
     chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     filter = Filter() if cutoff is None else Filter(cutoff)
     loaded = read_recordings(recordings, columns, drive_gains)
+    check_effort(loaded, arm)
     with busy("identifying"):
         estimate = run(arm, loaded, chosen, estimator, filter, columns)
     estimate.save(out)

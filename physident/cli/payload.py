@@ -33,11 +33,13 @@ def payload(
     from physident.estimation.estimate import load_estimate
     from physident.files import write_text
     from physident.payload import identify_payload
-    from physident.validation import with_cutoff
+    from physident.recording_checks import check_effort
+    from physident.validation import with_cutoff, with_gains
 
     check_outputs([*recordings, model], json_out)
     estimate = with_cutoff(load_estimate(model), cutoff)
     loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    check_effort([with_gains(recording, estimate.drive_gains) for recording in loaded], estimate.model.robot)
     with busy("identifying"):
         found = identify_payload(estimate, loaded)
     if json_out is not None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.admission import check_holdout, refuse_seen
 from physident.diagnosis.case import Case, State
 from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
 from physident.diagnosis.intervals import certainty
@@ -25,6 +26,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.model import Model
 from physident.recording import Recording
+from physident.recording_checks import check_effort
 from physident.signals import Filter
 from physident.validation import compare, validate, with_gains
 from physident.visibility import VISIBLE
@@ -46,8 +48,9 @@ def diagnose(
 
     An ``Estimate`` asks what is missing from it, given the recordings it was fitted to, or what is different, given new
     ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter``, and ``columns`` that the extended
-    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates. Raises InputError for no recordings, a
-    mixture of fitted and new ones, currents without gains.
+    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates. Raises InputError for no recordings, one
+    that came twice, a mixture of fitted and new ones, currents without gains, efforts that cannot be the arm's, and a
+    holdout that could not be scored: all of it before the search.
     """
     question = ask(model, recordings)
     if isinstance(model, Estimate) and (filter is not None or columns is not None):
@@ -56,9 +59,12 @@ def diagnose(
     gains = model.drive_gains if isinstance(model, Estimate) else shared_gains(recordings)
     layout = model.columns if isinstance(model, Estimate) else columns
     gained = [with_gains(recording, gains) for recording in recordings]
-    _refuse_seen(model, recordings, holdout)
+    refuse_seen(model, recordings, holdout)
     arm = model.model if isinstance(model, Estimate) else model
-    case = Case.open(question, model, prepare_all(arm.robot, gained, used), used, seed)
+    signals = prepare_all(arm.robot, gained, used)
+    check_effort(gained, arm.robot)
+    check_holdout(model, recordings, holdout, used)
+    case = Case.open(question, model, signals, used, seed)
     found = search(case, progress)
     state = _polished(case, found)
     last = replace(found.last, state=state)
@@ -87,15 +93,6 @@ def _polished(case: Case, found: Search) -> State:
             rest = case.state([*accepted[:i], *accepted[i + 1 :]], model, evidence)
             accepted[i] = replace(one, effect=refined(rest, one.candidate))
     return settled(case, accepted)
-
-
-def _refuse_seen(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
-    fitted = {source.sha256 for source in model.sources} if isinstance(model, Estimate) else set()
-    for one in holdout:
-        if one.sha256 in fitted or one.sha256 in {r.sha256 for r in recordings}:
-            raise InputError(
-                f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that nothing has seen"
-            )
 
 
 def _verdict(named: bool, remainder: Sequence[Remainder], floor: Array | None) -> Verdict:

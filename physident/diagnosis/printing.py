@@ -64,6 +64,8 @@ def _levels(d: Diagnosis) -> list[str]:
         rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
     if d.noise_floor is not None:
         rows.append("  does not repeat [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
+    else:
+        rows.append("  does not repeat: not known, no motion was made twice")
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows
@@ -120,12 +122,13 @@ def _checks(d: Diagnosis) -> list[str]:
             f"placebos: {len(passed)} of {len(d.placebos)} passed the gate (best {top.gain:.1f}, gate {top.threshold:.1f})"
             + ("; distrust this diagnosis" if passed else "")
         )
-    cells: dict[str, list[int]] = {}
-    for u in d.unseen:
-        cells.setdefault(u.effect, []).extend(u.joints)
-    if cells:
+    for reason in dict.fromkeys(u.reason for u in d.unseen):
+        cells: dict[str, list[int]] = {}
+        for u in d.unseen:
+            if u.reason == reason:
+                cells.setdefault(u.effect, []).extend(u.joints)
         names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
-        rows.append(f"cannot tell here: {names}")
+        rows.append(f"cannot tell here, {reason}: {names}")
     if d.held:
         rows.append(f"never identified, held as they are: {', '.join(d.held[:8])}{' ...' if len(d.held) > 8 else ''}")
     return rows

@@ -17,7 +17,8 @@ from physident.columns import Columns
 from physident.errors import InputError
 from physident.estimation.certificate import Certificate
 from physident.estimation.cones import physical_cones
-from physident.estimation.estimators import Estimator, estimator_as_dict, estimator_from_dict
+from physident.estimation.estimators import Estimator, Physical, estimator_as_dict, estimator_from_dict
+from physident.estimation.file_checks import check_entries
 from physident.estimation.shape_errors import FoundShape
 from physident.estimation.uncertainty import t_quantile
 from physident.files import read_text, write_text
@@ -171,6 +172,7 @@ def load_estimate(path: str | Path) -> Estimate:
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
+    check_entries(data)
     estimate = Estimate(
         model=Model.from_dict(data),
         estimator=estimator_from_dict(data["estimator"]),
@@ -183,7 +185,7 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
         sources=tuple(Source(**source) for source in data["recordings"]),
         columns=data["columns"],
         drive_gains=data["drive_gains"] and tuple(data["drive_gains"]),
-        blocks=int(data["blocks"]),
+        blocks=data["blocks"],
         prior_weight=data["prior_weight"],
         shares=tuple(data["shares"]),
         base_shares=tuple(data["base_shares"]),
@@ -206,7 +208,28 @@ def _check(estimate: Estimate) -> None:
             or (np.diag(value) if name == "covariance" else value).min() < 0
         ):
             raise InputError(f"{name} does not fit: expected {shape} finite numbers, not negative; identify it again")
+    _check_physical(estimate, r)
+    _check_shapes(estimate)
     if estimate.columns is not None:
         Columns.parse(estimate.columns)
     if estimate.drive_gains is not None:
         check_gains(estimate.drive_gains, n, "the model")
+
+
+def _check_physical(estimate: Estimate, r: int) -> None:
+    """What decided a physical estimate says it of every base parameter; another estimate has no prior."""
+    if len(estimate.base_shares) not in ((r,) if estimate.shares else (0, r)):
+        raise InputError(f"base_shares holds {len(estimate.base_shares)} numbers, expected {r}; identify it again")
+    if not isinstance(estimate.estimator, Physical) and (estimate.prior_weight is not None or estimate.shares):
+        raise InputError(
+            f"prior_weight or shares stand beside {estimate.method}, which has no prior; identify it again"
+        )
+
+
+def _check_shapes(estimate: Estimate) -> None:
+    known = {(effect.name, shape.field) for effect in estimate.model.effects for shape in effect.shapes}
+    for found in estimate.shapes:
+        if (found.effect, found.field) not in known or not found.joint <= estimate.model.robot.n:
+            raise InputError(
+                f"shapes: the model has no {found.field} of {found.effect} on joint {found.joint}; identify it again"
+            )

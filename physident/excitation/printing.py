@@ -39,7 +39,7 @@ def design_text(design: Design) -> str:
     known = (
         f"{band}; " if design.weighting == UNSCALED else ""
     )  # of scaled columns a condition number has no usual size
-    rows.append(f"verdict: {known}every limit holds, starts and ends at rest")
+    rows.append(f"verdict: {known}{_kept(design)}")
     return "\n".join(rows)
 
 
@@ -67,4 +67,11 @@ def discrimination_text(found: Discrimination) -> str:
         rows.append(f"  {one.joint:5d}  {one.effect:<28} {size}  {one.unit:<12}  {usual}{more}")
     hidden = sorted({one.joint for one in worst.values() if one.magnitude == float("inf")})
     note = f"; no motion shows it on joint {', '.join(map(str, hidden))}" if hidden else ""
-    return "\n".join([*text[:-1], *rows, f"verdict: every limit holds, starts and ends at rest{note}"])
+    return "\n".join([*text[:-1], *rows, f"verdict: {_kept(found.design)}{note}"])
+
+
+def _kept(design: Design) -> str:
+    """Which limits hold: those that were checked."""
+    if design.limits == "joint":
+        return "the joints' limits hold, starts and ends at rest; torque, tool, table and links were not checked"
+    return "every limit holds, starts and ends at rest"

@@ -1,0 +1,53 @@
+"""A diagnosis as text: what could not be known is said, with its reason, and all of it fits a screen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.findings import Levels, Unseen
+from physident.diagnosis.printing import WIDTH
+
+SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
+
+
+@pytest.fixture(scope="module")
+def diagnosis(ur5: pid.Robot) -> pid.Diagnosis:
+    """Nothing found, and of every effect some joints that could not be told, for either reason."""
+    levels = Levels(np.ones(6), np.full(6, 10.0))
+    unseen = [Unseen(name, (j,), (SILENT, INSIDE)[j % 2]) for name in pid.CATALOGUE for j in range(1, 7)]
+    return pid.Diagnosis(
+        "missing", "nothing_missing", (), levels, levels, "left-out rows", None, (), tuple(unseen), (), (),
+        pid.Model.nominal(ur5), None, pid.Filter(), None, None, (),
+    )  # fmt: skip
+
+
+def sentences(diagnosis: pid.Diagnosis) -> list[str]:
+    """The printed rows, each with what it was wrapped into."""
+    return repr(diagnosis).replace("\n     ", " ").splitlines()
+
+
+def test_effects_that_cannot_be_told_stand_with_their_reason(diagnosis: pid.Diagnosis) -> None:
+    told = [row for row in sentences(diagnosis) if row.startswith("cannot tell here")]
+    assert len(told) == 2
+    for reason, joints in ((SILENT, "2,4,6"), (INSIDE, "1,3,5")):
+        (row,) = [row for row in told if reason in row]
+        listed = row.partition(": ")[2].split("; ")
+        assert listed == [f"{name} {joints}" for name in pid.CATALOGUE]
+    lines = repr(diagnosis).splitlines()
+    assert len(lines) < 50
+    assert max(map(len, lines)) <= WIDTH
+
+
+def test_no_reason_is_given_where_everything_could_be_told(diagnosis: pid.Diagnosis) -> None:
+    assert "cannot tell" not in repr(replace(diagnosis, unseen=()))
+
+
+def test_a_noise_floor_that_nothing_measured_is_not_passed_over(diagnosis: pid.Diagnosis) -> None:
+    (row,) = [row for row in sentences(diagnosis) if "repeat" in row]
+    assert row.strip() == "does not repeat: not known, no motion was made twice"
+    (row,) = [row for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0))) if "repeat" in row]
+    assert [float(x) for x in row.split("]")[1].split()] == [1, 2, 3, 4, 5, 6]
