@@ -11,7 +11,7 @@ import pytest
 from physident.diagnosis.candidates import Candidate, Option
 from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds
 from physident.diagnosis.gains import gains, shares
-from physident.diagnosis.left_out import block_costs, left_out_residual
+from physident.diagnosis.left_out import Folded, block_costs
 from physident.effects.effect import Column
 from physident.regressor import JointRows, Regressor
 
@@ -83,8 +83,8 @@ def test_row_by_row_residuals_add_up_to_the_same_costs() -> None:
     labels = blocks(evidence, 2.0)
     for c, candidate in enumerate(evidence.candidates):
         options = [evidence.everywhere(option.columns) for option in candidate.options]
-        after = block_costs(left_out_residual(evidence, baseline, now.weights, options), now.weights, labels)
-        before = block_costs(left_out_residual(evidence, baseline, now.weights), now.weights, labels)
+        after = block_costs(Folded(evidence, baseline, now.weights).residual(options), now.weights, labels)
+        before = block_costs(Folded(evidence, baseline, now.weights).residual(), now.weights, labels)
         np.testing.assert_allclose(
             (before - after).sum(axis=0), found.gain[c, :, :, 0].sum(axis=0), rtol=1e-7, atol=1e-7
         )

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
 from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, Fit, fit, folds, noise
 from physident.diagnosis.extension import Extension, extend
+from physident.diagnosis.left_out import Folded
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.question import Freedom, Question, freedom
 from physident.diagnosis.row_noise import row_weights, weighted
 from physident.diagnosis.velocity_noise import SignByPosition
+from physident.effects import DEFAULT_EFFECTS
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
@@ -25,7 +27,7 @@ from physident.regressor import Regressor, build_regressor
 from physident.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-NEAR = 0.05  # of a joint's torque: an error of a twentieth in a candidate's column costs it 1/400 of its gain
+NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
 
 
 STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
@@ -66,6 +68,13 @@ class Case:
     def model(self) -> Model:
         """The model as it came."""
         return self.start if isinstance(self.start, Model) else self.start.model
+
+    @cached_property
+    def lacking(self) -> tuple[Accepted, ...]:
+        """Effects of an ordinary arm that the model does not have."""
+        own = {(e.name, j + 1) for e in self.model.effects for j in e.active(self.model.robot)}
+        every = [c for c in self.candidates if c.name in DEFAULT_EFFECTS and (c.name, c.joints[0]) not in own]
+        return tuple(Accepted(c, c.options[0].effect) for c in every if c.options[0].effect is not None)
 
     @staticmethod
     def open(
@@ -189,6 +198,11 @@ class State:
     def sizes(self) -> list[int]:
         """How many columns each accepted effect has."""
         return [len(a.effect.columns(self.case.model.robot)) for a in self.accepted]
+
+    @cached_property
+    def folded(self) -> Folded:
+        """The same baseline fitted outside each fold."""
+        return Folded(self.evidence, self.baseline, self.fit.weights)
 
     @cached_property
     def extension(self) -> Extension:

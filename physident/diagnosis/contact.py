@@ -6,8 +6,9 @@ own row of the Jacobian. An interval is the run of windows, at most half a recor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,10 @@ from physident.effects.contact import PIECE, Contact, tool_jacobian
 Array = NDArray[np.float64]
 PHASES = (0.0, PIECE / 2)  # s: where windows begin; an edge is then at most an eighth of a second off
 EDGES = np.arange(-5, 6) * 0.05  # s: by which a found start is moved to fit best
+STEADY = (
+    np.arange(-10, 11) * 0.1,
+    np.arange(-5, 6) * 0.01,
+)  # s: by which both ends of a steady push are, coarsely, finely
 LONGEST = 0.5  # of a recording: what lasts longer is no passing contact but a change of the arm
 CONTACT = Candidate("contact", (), (Option(None, ()),))
 
@@ -74,7 +79,8 @@ def scan(state: State, responses: Array) -> Scan:
 
 
 def placed(state: State, effect: Contact) -> Contact:
-    """The contact with its start and number of pieces where its forces explain most for their number (Schwarz, 1978)."""
+    """The contact with its start and number of pieces where its forces explain most for their number (Schwarz, 1978); with
+    one force for each push where that is enough."""
     after = state.also(CONTACT, effect).fit  # sized by what the contact leaves, not by what it makes
     judge, ((start, end),) = Judge(state, after.weights), effect.intervals
     worth = float((len(state.evidence.fold) / after.memory).sum())
@@ -93,7 +99,23 @@ def placed(state: State, effect: Contact) -> Contact:
     ((begin, end),) = best.intervals
     count = len(best.pieces())
     best = max((made(begin + d, count) for d in EDGES if begin + d >= 0), key=value)
-    return _worthwhile(best, judge, state.case.columns(best, state.model), 3 * float(np.log(worth)))
+    best = _worthwhile(best, judge, state.case.columns(best, state.model), 3 * float(np.log(worth)))
+    steady = _trued(replace(best, steady=True), value)
+    return steady if value(steady) > value(best) else best
+
+
+def _trued(effect: Contact, value: Callable[[Contact], float]) -> Contact:
+    """A steady contact with the ends of its intervals where they fit best, one after the other."""
+    for steps in STEADY:
+        for k, end in itertools.product(range(len(effect.intervals)), (0, 1)):
+            every = []
+            for step in steps:
+                edges = np.array(effect.intervals)
+                edges[k, end] = max(0.0, round(edges[k, end] + step, 3))
+                if (np.diff(edges.ravel()) > 0).all():
+                    every.append(replace(effect, intervals=tuple(map(tuple, edges.tolist()))))
+            effect = max(every, key=value)
+    return effect
 
 
 def _worthwhile(effect: Contact, judge: Judge, columns: Sequence[Array], price: float) -> Contact:

@@ -12,7 +12,6 @@ from physident.diagnosis.admission import check_holdout, refuse_seen
 from physident.diagnosis.case import Case, State
 from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
 from physident.diagnosis.intervals import certainty
-from physident.diagnosis.left_out import left_out_residual
 from physident.diagnosis.noise_floor import AT_FLOOR, noise_floor
 from physident.diagnosis.question import ask
 from physident.diagnosis.refit import as_estimate, refit
@@ -92,7 +91,7 @@ def _polished(case: Case, found: Search) -> State:
         if len(one.candidate.options) > 1 and len(accepted) > 1:
             rest = case.state([*accepted[:i], *accepted[i + 1 :]], model, evidence)
             accepted[i] = replace(one, effect=refined(rest, one.candidate))
-    return settled(case, accepted)
+    return settled(case, accepted, found.last.state)
 
 
 def _verdict(named: bool, remainder: Sequence[Remainder], floor: Array | None) -> Verdict:
@@ -124,7 +123,7 @@ def _levels(
 
 
 def _left_out(state: State) -> Levels:
-    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights) / state.case.weights
+    residual = state.folded.residual() / state.case.weights
     regressor, inside, torque = state.evidence.regressor, state.inside, state.torque
     each = []
     for index in np.unique(regressor.recording[inside]):

@@ -13,53 +13,65 @@ from physident.diagnosis.normal import inverted, whitening
 Array = NDArray[np.float64]
 
 
-def left_out_residual(
-    evidence: Evidence, baseline: Baseline, weights: Array, options: Sequence[Sequence[Array]] = ()
-) -> Array:
-    """Residual (M, n) [N m|N] in each fold of the baseline and the best option fitted outside it; zero in gaps.
+class Folded:
+    """A baseline fitted outside each fold, kept, so that one candidate more costs its own products alone."""
 
-    Each option is the columns (M, k) of an effect in each joint's rows; the best has the largest gain outside the fold.
-    """
-    R, n = len(baseline.prior), len(weights)
-    sizes = [option[0].shape[1] for option in options]
-    places = [np.arange(R + end - k, R + end) for k, end in zip(sizes, np.cumsum(sizes), strict=True)]
-    rows = [
-        w * np.column_stack([baseline.joints[j], *(option[j] for option in options), evidence.response[:, j]])
-        for j, w in enumerate(weights)
-    ]
-    labels = np.unique(evidence.fold[evidence.fold != OUTSIDE])
-    grams = {f: _gram(rows, evidence.fold == f) for f in labels}
-    whole = sum(grams.values())
-    result = np.zeros_like(evidence.response)
-    for f in labels:
-        values = _fitted(whole - grams[f], R, places, baseline.prior)
-        test = evidence.fold == f
-        for j in range(n):
-            result[test, j] = (rows[j][test, -1] - rows[j][test, :-1] @ values) / weights[j]
-    return result
+    def __init__(self, evidence: Evidence, baseline: Baseline, weights: Array) -> None:
+        self.joints, self.squares = baseline.joints, weights**2
+        self.tests = [np.flatnonzero(evidence.fold == f) for f in np.unique(evidence.fold) if f != OUTSIDE]
+        y = evidence.response
+        grams = [self._products(rows, self.joints, self.joints) for rows in self.tests]
+        slopes = [self._products(rows, self.joints, y.T[:, :, None])[:, 0] for rows in self.tests]
+        whole, slope = np.sum(grams, axis=0) + np.diag(baseline.prior), np.sum(slopes, axis=0)
+        self.inverse = [inverted(whole - own) for own in grams]
+        self.x = [inverse @ (slope - own) for inverse, own in zip(self.inverse, slopes, strict=True)]
+        self.response, self.alone = y, np.zeros_like(y)
+        for rows, x in zip(self.tests, self.x, strict=True):
+            self.alone[rows] = y[rows] - np.column_stack([B[rows] @ x for B in self.joints])
+
+    def residual(self, options: Sequence[Sequence[Array]] = ()) -> Array:
+        """Residual (M, n) [N m|N] in each fold of the baseline and the best option fitted outside it; zero in gaps.
+
+        Each option is the columns (M, k) of an effect in each joint's rows; the best has the largest gain outside the fold.
+        """
+        if not options:
+            return self.alone
+        C = [np.column_stack(own) for own in zip(*options, strict=True)]
+        ends = np.cumsum([option[0].shape[1] for option in options])
+        places = [np.arange(end - o[0].shape[1], end) for o, end in zip(options, ends, strict=True)]
+        y = self.response.T[:, :, None]
+        sums = [
+            (self._products(rows, C, C), self._products(rows, self.joints, C), self._products(rows, C, y)[:, 0])
+            for rows in self.tests
+        ]
+        whole = [np.sum(own, axis=0) for own in zip(*sums, strict=True)]
+        result = self.alone.copy()
+        for rows, own, inverse, x in zip(self.tests, sums, self.inverse, self.x, strict=True):
+            CC, BC, Cy = (total - left_out for total, left_out in zip(whole, own, strict=True))
+            theta, moved = _best(CC, BC, Cy - BC.T @ x, inverse, places)
+            for j, (B, columns) in enumerate(zip(self.joints, C, strict=True)):
+                result[rows, j] -= columns[rows] @ theta - B[rows] @ moved
+        return result
+
+    def _products(self, rows: NDArray[np.intp], left: Sequence[Array] | Array, right: Sequence[Array] | Array) -> Array:
+        """Weighted products of two sets of columns over some rows of all joints."""
+        return np.sum([s * (a[rows].T @ b[rows]) for s, a, b in zip(self.squares, left, right, strict=True)], axis=0)
 
 
-def _gram(rows: Sequence[Array], chosen: NDArray[np.bool_]) -> Array:
-    """Products of columns, and of columns and the response, which stands last."""
-    parts = [own[chosen] for own in rows]
-    return np.sum([part.T @ part for part in parts], axis=0)
-
-
-def _fitted(G: Array, R: int, places: Sequence[NDArray[np.intp]], prior: Array) -> Array:
-    """Values of all columns: the baseline's and the best option's, the others' zero."""
-    inverse = inverted(G[:R, :R] + np.diag(prior))
-    values, best = np.zeros(len(G) - 1), 0.0
-    values[:R] = x = inverse @ G[:R, -1]
+def _best(
+    CC: Array, BC: Array, slope: Array, inverse: Array, places: Sequence[NDArray[np.intp]]
+) -> tuple[Array, Array]:
+    """Values (K,) of the best option's columns, the others' zero, and by how much (R,) the baseline's then fall."""
+    theta, moved, best = np.zeros(len(slope)), np.zeros(len(inverse)), 0.0
     for at in places:
-        Z = inverse @ G[:R, at]
-        inner, slope = G[np.ix_(at, at)], G[at, -1] - G[:R, at].T @ x
-        root = whitening(inner[None], (inner - G[:R, at].T @ Z)[None])[0]
-        theta = root @ (root.T @ slope)
-        if (seen := float(slope @ theta)) > best:
-            best = seen
-            values[R:] = 0.0
-            values[at], values[:R] = theta, x - Z @ theta
-    return values
+        Z = inverse @ BC[:, at]
+        inner = CC[np.ix_(at, at)]
+        root = whitening(inner[None], (inner - BC[:, at].T @ Z)[None])[0]
+        values = root @ (root.T @ slope[at])
+        if (seen := float(slope[at] @ values)) > best:
+            best, theta = seen, np.zeros(len(slope))
+            theta[at], moved = values, Z @ values
+    return theta, moved
 
 
 def block_costs(residual: Array, weights: Array, labels: NDArray[np.intp]) -> Array:

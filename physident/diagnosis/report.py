@@ -12,7 +12,7 @@ from physident.diagnosis.contact import CONTACT, by_others
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
 from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
-from physident.diagnosis.left_out import block_costs, left_out_residual
+from physident.diagnosis.left_out import block_costs
 from physident.diagnosis.rivals import Examined
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.contact import Contact
@@ -67,10 +67,7 @@ def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -
     labels = blocks(state.evidence, float(state.fit.memory.max()))
     columns = [state.case.columns(a.effect, state.model) for a in group]
     joined = [np.column_stack(own) for own in zip(*columns, strict=True)]
-    before, after = (
-        block_costs(left_out_residual(rest.evidence, rest.baseline, rest.fit.weights, o), weights, labels)[:, own]
-        for o in ([], [joined])
-    )
+    before, after = (block_costs(rest.folded.residual(o), weights, labels)[:, own] for o in ([], [joined]))
     rows = np.count_nonzero(labels >= 0) * np.sum(weights[own] ** 2)
     low, high = resampled_reduction(before.sum(axis=1), after.sum(axis=1), state.case.seed)
     sizes = [float(np.sqrt(x.sum() / rows)) for x in (before, after)]

@@ -12,7 +12,7 @@ from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.contact import CONTACT, scan
 from physident.diagnosis.gains import gains
 from physident.diagnosis.normal import inverted, whitening
-from physident.diagnosis.search import CLOSEST, Look, as_good, possible_sign, replaces
+from physident.diagnosis.search import CLOSEST, Look, as_good, costs, possible_sign, replaces
 from physident.diagnosis.shape import refined
 
 Array = NDArray[np.float64]
@@ -38,13 +38,13 @@ def examine(last: Look, accepted: Accepted) -> Examined:
     candidates = rest.evidence.candidates
     own = next(c for c in candidates if c.key == accepted.candidate.key)
     gain = float(found[candidates.index(own)])
-    rivals = []
+    rivals, cost = [], costs(rest, own, state.fit.weights)
     for index in np.argsort(-found)[: CLOSEST + 1]:
         other = candidates[int(index)]
         # a rival must itself be evidence, and its place must be free of the effect it would replace
         if other is own or other.placebo or found[index] < last.threshold:
             continue
-        if not as_good(rest, other, own, state.fit.weights):
+        if not as_good(rest, other, cost, state.fit.weights):
             continue
         if other.size > own.size and _contains(rest, other, accepted):
             continue

@@ -14,7 +14,7 @@ from physident.diagnosis.contact import CONTACT, Scan, placed, scan
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.gains import evidence_of, gains, shares
 from physident.diagnosis.intervals import resampled_reduction
-from physident.diagnosis.left_out import block_costs, left_out_residual, standard_error
+from physident.diagnosis.left_out import block_costs, standard_error
 from physident.diagnosis.shape import refined
 from physident.diagnosis.signs import contradicted
 from physident.diagnosis.surrogates import randomised
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 SURROGATES = 299  # the 99th percentile is then the third largest
 LEVEL = 0.99  # of a hundred clean arms one is accused of an effect, and one of a contact
 LEAST_REDUCTION = 2.0  # % of one joint's RMS: below, a finding may be true and is of no use
-DOUBT = 2.0  # standard errors of a paired difference that two causes must differ by to be told apart
+DOUBT = 1.645  # standard errors of a paired difference: the true cause is then left out of its class once in twenty
 CLOSEST = 8  # candidates that are compared block by block: a class of more is no answer
 LOOPS = 3  # of forward search and removal: each loop that changes something has raised the left-out gain
 
@@ -56,20 +56,17 @@ class Search:
     first: Look
 
 
-def look(state: State, thresholds: tuple[float, float] | None = None) -> Look:
-    """Judge every candidate beside a state; the thresholds of effects and of a contact are drawn anew unless given."""
+def look(state: State) -> Look:
+    """Judge every candidate beside a state, and the best contact, each by the surrogates' luckiest of its kind."""
     evidence, baseline, now = state.evidence, state.baseline, state.fit
-    responses = evidence.response[:, :, None]
-    if thresholds is None:
-        responses = np.concatenate([responses, surrogates(state)], axis=2)
+    responses = np.concatenate([evidence.response[:, :, None], surrogates(state)], axis=2)
     found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
     least, contact = found.least, scan(state, responses)
-    if thresholds is None:
-        # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
-        luckiest = least[share >= VISIBLE].max(axis=0)[1:], contact.evidence[1:]
-        thresholds = float(np.quantile(luckiest[0], LEVEL)), float(np.quantile(luckiest[1], LEVEL))
-    return Look(state, found.evidence[:, 0], least[:, 0], share, thresholds[0], contact, thresholds[1])
+    # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
+    threshold = float(np.quantile(least[share >= VISIBLE].max(axis=0)[1:], LEVEL))
+    touch = float(np.quantile(contact.evidence[1:], LEVEL))
+    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact, touch)
 
 
 def surrogates(state: State) -> Array:
@@ -86,9 +83,16 @@ def surrogates(state: State) -> Array:
 
 
 def search(case: Case, progress: Callable[[str], None] = lambda _: None) -> Search:
-    """Forward search with removal over a case."""
-    accepted: tuple[Accepted, ...] = ()
-    first = last = None
+    """Forward search with removal over a case.
+
+    What every arm has and the model lacks, such as friction, is in from the start, until removal shows that it adds nothing:
+    so much error hides what is rare, or makes it look like what is common.
+    """
+    accepted, first = case.lacking, None
+    if accepted:
+        first = look(settled(case, ()))
+        progress(f"what every arm has: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}")
+    last = None
     for _ in range(LOOPS):
         accepted, last, begun = _forward(case, accepted, progress)
         first = first or begun
@@ -151,7 +155,7 @@ def choose(now: Look) -> int | None:
         candidate = now.state.evidence.candidates[index]
         if candidate.placebo:
             return None  # where a placebo comes next, nothing after it is worth more
-        if _useful(now.state, candidate) and possible_sign(now.state, candidate) is None:
+        if _admitted(now.state, candidate):
             top = index
             break
     if top is None:
@@ -159,27 +163,33 @@ def choose(now: Look) -> int | None:
     return _smallest(now, top, order[order.index(top) + 1 :][:CLOSEST])
 
 
+def _admitted(state: State, candidate: Candidate) -> bool:
+    return _useful(state, candidate) and possible_sign(state, candidate) is None
+
+
 def _smallest(now: Look, top: int, others: Sequence[int]) -> int:
     """The candidate with the fewest numbers to choose among those whose gain the data cannot tell from the top's."""
     state = now.state
     candidates = state.evidence.candidates
-    best, weights = top, None
+    best, weights, unsurpassed = top, None, np.zeros(0)
     for index in others:
         other = candidates[index]
         if other.size >= candidates[best].size or other.placebo:
             continue
         if weights is None:
             weights = state.also(candidates[top], refined(state, candidates[top])).fit.weights
-        if not as_good(state, other, candidates[top], weights) or not _useful(state, other):
+            unsurpassed = costs(state, candidates[top], weights)
+        if not as_good(state, other, unsurpassed, weights) or not _useful(state, other):
             continue
         if possible_sign(state, other) is None and replaces(state, other, candidates[top], now.threshold):
             best = index
     return best
 
 
-def as_good(state: State, other: Candidate, one: Candidate, weights: Array) -> bool:
-    """Whether another candidate in the place of one loses less on left-out rows than the blocks' scatter can tell."""
-    loss = (costs(state, other, weights) - costs(state, one, weights)).sum(axis=1)
+def as_good(state: State, other: Candidate, cost: Array, weights: Array) -> bool:
+    """Whether another candidate loses less on left-out rows than the scatter over blocks of the ``cost`` (G, n) of one in its
+    place can tell."""
+    loss = (costs(state, other, weights) - cost).sum(axis=1)
     return bool(loss.sum() < DOUBT * standard_error(loss))
 
 
@@ -196,8 +206,7 @@ def costs(state: State, candidate: Candidate | None, weights: Array | None = Non
     of other ``weights`` (n,)."""
     labels = blocks(state.evidence, float(state.fit.memory.max()))
     options = [] if candidate is None else [state.evidence.everywhere(o.columns) for o in candidate.options]
-    residual = left_out_residual(state.evidence, state.baseline, state.fit.weights, options)
-    return block_costs(residual, state.fit.weights if weights is None else weights, labels)
+    return block_costs(state.folded.residual(options), state.fit.weights if weights is None else weights, labels)
 
 
 def reduction(before: Array, after: Array) -> float:
@@ -226,7 +235,14 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
         if len(kept) < 2 or one.candidate is CONTACT:
             continue
         state = case.state(rest, last.state.model, last.state.evidence)
-        alone = replace(state, evidence=replace(state.evidence, candidates=(one.candidate,)))
-        if not (look(alone, (last.threshold, last.touch)).passes(0) and _useful(state, one.candidate)):
+        if not (_least(state, one.candidate) > last.threshold and _admitted(state, one.candidate)):
             kept = rest
     return kept
+
+
+def _least(state: State, candidate: Candidate) -> float:
+    """A candidate's evidence without the fold that speaks most for it; none where it lies inside the baseline."""
+    alone = replace(state.evidence, candidates=(candidate,))
+    if shares(alone, state.baseline, state.fit.weights)[0] < VISIBLE:
+        return 0.0
+    return float(gains(alone, state.baseline, state.fit, alone.response[:, :, None]).least[0, 0])

@@ -20,7 +20,8 @@ PIECE = 0.5  # s
 
 @dataclass(frozen=True)
 class Contact(Effect):
-    """tau = J(q)^T F: the arm pushes with F at its tool; F constant over pieces of 0.5 s, in the base frame, in N.
+    """tau = J(q)^T F: the arm pushes with F at its tool; F in the base frame, in N, constant over pieces of 0.5 s, or over
+    each interval where it is ``steady``.
 
     ``intervals`` (start, end) [s] on the recording's own clock, counted from its first row; ``recording`` the hash of the
     recording they belong to, empty for any. J is the Jacobian of the tool's position: the last fixed frame of the robot.
@@ -28,6 +29,7 @@ class Contact(Effect):
 
     intervals: tuple[tuple[float, float], ...] = ((0.0, PIECE),)
     recording: str = ""
+    steady: bool = False
 
     name: ClassVar[str] = "contact"
     unit: ClassVar[str] = "N"
@@ -45,6 +47,8 @@ class Contact(Effect):
 
     def pieces(self) -> list[tuple[float, float]]:
         """Start and end [s] of each piece with a constant force."""
+        if self.steady:
+            return list(self.intervals)
         edges = [np.append(np.arange(start, end - 1e-9, PIECE), end) for start, end in self.intervals]
         return [(float(a), float(b)) for e in edges for a, b in itertools.pairwise(e)]
 
@@ -52,7 +56,7 @@ class Contact(Effect):
         lengths = [end - start for start, end in self.intervals]
         ends = list(itertools.accumulate(lengths))
         laid = tuple((end - length, end) for end, length in zip(ends, lengths, strict=True))
-        return Contact(intervals=laid), ends[-1]
+        return Contact(intervals=laid, steady=self.steady), ends[-1]
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(

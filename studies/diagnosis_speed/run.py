@@ -12,7 +12,7 @@ from kept import UR10E_COLUMNS, UR10E_GAINS, keep, need_data
 import physident as pid
 from physident.diagnosis.case import Case
 from physident.diagnosis.gains import gains
-from physident.diagnosis.left_out import left_out_residual
+from physident.diagnosis.left_out import Folded
 from physident.diagnosis.question import ask
 from physident.diagnosis.search import SURROGATES, settled
 from physident.estimation.identify import prepare_all
@@ -62,9 +62,8 @@ def one_look(estimate: pid.Estimate, recordings: list[pid.Recording]) -> tuple[i
     chosen = options[:: max(1, len(options) // PLAIN)][:PLAIN]
     begun = time.process_time()
     for option in chosen:
-        left_out_residual(
-            state.evidence, state.baseline, state.fit.weights, [state.evidence.everywhere(option.columns)]
-        )
+        folded = Folded(state.evidence, state.baseline, state.fit.weights)  # one refit for each surrogate
+        folded.residual([state.evidence.everywhere(option.columns)])
     each = (time.process_time() - begun) / len(chosen)
     return len(options), look, each * len(options) * responses.shape[2]
 
