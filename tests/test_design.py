@@ -9,7 +9,7 @@ import pytest
 import physident as pid
 from physident.excitation.criterion import CRITERIA, Condition, make_criterion
 from physident.excitation.limits import JointLimits, spread
-from physident.excitation.search import Problem
+from physident.excitation.problem import Problem
 from physident.excitation.series import Series
 from physident.excitation.task import task_of
 

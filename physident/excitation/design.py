@@ -5,17 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
 from physident.excitation.criterion import Criterion, make_criterion
 from physident.excitation.limits import JointLimits
 from physident.excitation.margins import Margin, joint_margins, workspace_margins
-from physident.excitation.search import GENERATIONS, STARTS, Found, Problem, search
+from physident.excitation.problem import Found, Problem
+from physident.excitation.search import GENERATIONS, STARTS, search
 from physident.excitation.series import Series
 from physident.excitation.task import CHECKED, Task, task_of
 from physident.excitation.trajectory import Trajectory
@@ -36,7 +39,8 @@ class Design:
 
     ``condition``: cond(Y) over 1,000 instants of a period of ``columns`` columns, weighted as ``weighting`` says;
     ``value`` the criterion's. ``margins`` to every limit; ``excluded`` pairs of links that are not kept apart. ``starts``:
-    the criterion's value where each start ended, best first. ``seconds`` on the clock, ``processor_seconds`` of work.
+    the criterion's value where each start ended, best first. ``way`` (K, n m): the series' free numbers after each iteration
+    that led to the motion. ``seconds`` on the clock, ``processor_seconds`` of work.
     """
 
     trajectory: Trajectory
@@ -50,6 +54,9 @@ class Design:
     excluded: tuple[str, ...]
     manipulability: Manipulability
     starts: tuple[float, ...]
+    task: Task
+    way: NDArray[np.float64]
+    generations: int
     seed: int
     seconds: float
     processor_seconds: float
@@ -59,8 +66,15 @@ class Design:
         """The limits that decided the motion."""
         return tuple(one for one in self.margins if one.active)
 
+    @cached_property
+    def progress(self) -> tuple[float, ...]:
+        """The condition number, as ``condition`` has it, after each iteration that led to the motion: of the best motion of
+        each of the ``generations``, of the one that IPOPT began from, and after each of its iterations."""
+        t = self.trajectory
+        return self.task.conditions(Series(t.n, t.harmonics, t.base_frequency), self.way)
+
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the motion itself, as JSON can hold it (schema physident.design/1)."""
+        """Everything, as JSON can hold it (schema physident.design/1)."""
         plain = (
             "criterion",
             "value",
@@ -79,6 +93,8 @@ class Design:
             "excluded_pairs": list(self.excluded),
             "manipulability": self.manipulability.as_dict(),
             "starts": list(self.starts),
+            "generations": self.generations,
+            "progress": list(self.progress),
             "trajectory": self.trajectory.as_dict(),
         }
 
@@ -121,7 +137,7 @@ def design_trajectory(
     problem = stated(task, limits, harmonics, base_frequency, table, clearance, meshes, judged, arm)
     check_counts(periods=periods, starts=starts, generations=generations)
     found = search(problem, seed, starts, generations, progress)
-    return described(task, problem, found, limits, periods, seed, began)
+    return described(task, problem, found, limits, periods, seed, generations, began)
 
 
 def stated(
@@ -149,8 +165,9 @@ def check_counts(**counts: int) -> None:
 
 
 def described(
-    task: Task, problem: Problem, found: list[Found], limits: str, periods: int, seed: int, began: tuple[float, float]
-) -> Design:
+    task: Task, problem: Problem, found: list[Found], limits: str, periods: int, seed: int, generations: int,
+    began: tuple[float, float],
+) -> Design:  # fmt: skip
     """The best motion found with its margins; raises NotSolvedError where a limit is not met, naming it."""
     robot, series = task.model.robot, problem.series
     tried = []
@@ -169,7 +186,8 @@ def described(
     return Design(
         trajectory, problem.criterion.name, best.value, task.condition(series, trajectory), len(task.chosen), task.weighting,
         limits, tuple(margins), problem.workspace.excluded if problem.workspace else (),
-        measure_manipulability(robot, states.q), tuple(one.value for one in found if one.feasible), seed,
+        measure_manipulability(robot, states.q), tuple(one.value for one in found if one.feasible),
+        task, np.array([*best.way[:-1], best.y]), generations, seed,
         time.perf_counter() - began[0], time.process_time() - began[1],
     )  # fmt: skip
 

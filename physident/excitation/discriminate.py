@@ -115,7 +115,7 @@ def design_discriminating(
     began = time.perf_counter(), time.process_time()
     problem = stated(task, limits, harmonics, base_frequency, table, clearance, meshes, criterion, arm)
     found = search(problem, seed, starts, generations, progress)
-    design = described(general, problem, found, limits, periods, seed, began)
+    design = described(general, problem, found, limits, periods, seed, generations, began)
     usual = [
         random_trajectory(arm.robot, s, harmonics, base_frequency, design.trajectory.duration)
         for s in range(USUAL_MOTIONS)

@@ -25,11 +25,13 @@ def evolve(
     generations: int,
     seed: int,
     population: int = POPULATION,
+    passed: Callable[[Array], None] = lambda _: None,
 ) -> Array:
     """The last population (P, n m), best first, of motions inside the joint limits and at rest at both ends.
 
     ``fitness`` (P,) of motions (P, n m) is made small; ``violation`` (P, 1) is not positive where other limits hold. One
-    call each a generation. Source of the operators: Deb and Agrawal, "Simulated binary crossover" (1995), as pymoo's.
+    call each a generation, after which ``passed`` hears its best motion (n m,). Source of the operators: Deb and
+    Agrawal, "Simulated binary crossover" (1995), as pymoo's.
     """
     from pymoo.algorithms.soo.nonconvex.ga import GA
     from pymoo.core.problem import Problem
@@ -48,10 +50,15 @@ def evolve(
             if violation is not None:
                 out["G"] = violation(motions)
 
+    def ranked(pop: Any) -> Array:
+        order = np.lexsort((pop.get("F")[:, 0], pop.get("CV")[:, 0]))
+        return decoded(pop.get("X")[order])
+
     lower = np.tile([-1.0] * (m - 1) + [LEAST_SHARE, 0.0], n)
     constraints = 0 if violation is None else 1
     problem = Motions(n_var=len(lower), n_obj=1, n_ieq_constr=constraints, xl=lower, xu=np.ones(len(lower)))
-    found = minimize(problem, GA(pop_size=population), ("n_gen", generations), seed=seed, verbose=False)
-    last: Any = found.pop
-    order = np.lexsort((last.get("F")[:, 0], last.get("CV")[:, 0]))
-    return decoded(last.get("X")[order])
+    found = minimize(
+        problem, GA(pop_size=population), ("n_gen", generations), seed=seed, verbose=False,
+        callback=lambda algorithm: passed(ranked(algorithm.pop)[0]),
+    )  # fmt: skip
+    return ranked(found.pop)

@@ -63,11 +63,15 @@ class Information:
         """The weighted regressor (n K, r) of free numbers (n m,)."""
         return self.columns(y).reshape(len(self.chosen), -1).T
 
+    def stacks(self, y: Array) -> Array:
+        """The weighted regressors (P, n K, r) of P motions (P, n m)."""
+        q, v, a = (x.reshape(-1, self.series.n) for x in self.states(y))
+        return np.swapaxes(self._columns(q, v, a, len(y)).reshape(len(y), len(self.chosen), -1), 1, 2)
+
     def matrices(self, y: Array) -> Array:
         """G (P, r, r) of P motions (P, n m)."""
-        q, v, a = (x.reshape(-1, self.series.n) for x in self.states(y))
-        Z = self._columns(q, v, a, len(y)).reshape(len(y), len(self.chosen), -1)
-        return Z @ np.swapaxes(Z, 1, 2)
+        Y = self.stacks(y)
+        return np.swapaxes(Y, 1, 2) @ Y
 
     def pullback(self, y: Array, slope: Array) -> Array:
         """Gradient (n m,) of a function of G whose symmetric gradient at ``y`` is ``slope`` (r, r)."""

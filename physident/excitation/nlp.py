@@ -87,11 +87,16 @@ def join(one: Rows, other: Rows) -> Rows:
 
 
 def minimise(
-    function: Callable[[Array], tuple[float, Callable[[], Array]]], rows: Rows, y: Array, iterations: int
+    function: Callable[[Array], tuple[float, Callable[[], Array]]],
+    rows: Rows,
+    y: Array,
+    iterations: int,
+    passed: Callable[[Array], None] = lambda _: None,
 ) -> Array:
     """Where IPOPT ends (m,), minimising a function within rows from ``y`` (m,) on; the caller judges what that is worth.
 
     The function returns its value, and what returns its gradient (m,): most points of a line search are not asked for it.
+    ``passed`` hears the point after each iteration.
     """
     size = y.size
     last: list[Any] = [b"", 0.0, None]
@@ -128,8 +133,18 @@ def minimise(
     shapes = (size, 1, count, size, count, 0)  # of x, f, g and the multipliers of x, g and p
     with _held_interrupt() as pressed:
         told = [(name, ca.Sparsity.dense(k, 1)) for name, k in zip(ca.nlpsol_out(), shapes, strict=True)]
-        stop = _Call("stop", told, [("stop", scalar)], lambda _: [len(pressed)])
-        solver = ca.nlpsol("solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac, "iteration_callback": stop})
+        begun: list[bool] = []
+
+        def after(x: Array) -> list[int]:
+            if begun and np.isfinite(x).all():  # the first call is for the start
+                passed(x)
+            begun.append(True)
+            return [len(pressed)]
+
+        heard = _Call("heard", told, [("stop", scalar)], after)
+        solver = ca.nlpsol(
+            "solver", "ipopt", nlp, options | {"grad_f": grad, "jac_g": jac, "iteration_callback": heard}
+        )
         found = solver(x0=y, lbg=rows.lower, ubg=rows.upper)
     return np.asarray(found["x"]).ravel()
 

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 NODES = 48  # of a period: the tenth harmonic, which five of a joint make in its torque, has five of them
 NODES_MEMORY = 192  # where an effect remembers: reversals are then an eighth of a second wide at most
 CHECKED = 1000  # instants of a period for what is reported
+TOGETHER = 8  # motions, of that many instants: more need more memory and are no faster
 REFERENCE_MOTIONS = 4
 
 
@@ -47,9 +48,13 @@ class Task:
 
     def condition(self, series: Series, trajectory: Trajectory) -> float:
         """cond(Y) of the weighted columns over 1,000 instants of a period."""
-        G = self.information(series, CHECKED).stacked(series.numbers(trajectory))
-        size = np.linalg.svd(G, compute_uv=False)
-        return float(size[0] / size[-1]) if size[-1] > 0 else float("inf")
+        return self.conditions(series, series.numbers(trajectory)[None])[0]
+
+    def conditions(self, series: Series, motions: Array) -> tuple[float, ...]:
+        """cond(Y) as ``condition`` has it, of P motions by their free numbers (P, n m)."""
+        information = self.information(series, CHECKED)
+        parts = (information.stacks(motions[k : k + TOGETHER]) for k in range(0, len(motions), TOGETHER))
+        return tuple(_condition(Y) for part in parts for Y in part)
 
 
 def task_of(source: Robot | Model | Estimate) -> Task:
@@ -96,6 +101,11 @@ def _torques(model: Model, seed: int) -> Array:
     motion = random_trajectory(model.robot, seed)
     states = motion.states(np.arange(200) / 200 * motion.duration)
     return (model.torque(replace(states, rate=200 / motion.duration)) ** 2).mean(axis=0)
+
+
+def _condition(Y: Array) -> float:
+    size = np.linalg.svd(Y, compute_uv=False)
+    return float(size[0] / size[-1]) if size[-1] > 0 else float("inf")
 
 
 def _positive(values: Array) -> Array:

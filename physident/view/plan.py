@@ -20,12 +20,13 @@ EXPECTED = f"a motion ({SCHEMA}) or a design ({DESIGN})"
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A motion, the condition number after each iteration of its ``design`` where that was kept, and the design as JSON
-    holds it, empty where there was none."""
+    """A motion, the condition number after each iteration of its ``design`` where that was kept, how many of these are
+    ``generations`` of the genetic algorithm, and the design as JSON holds it, empty where there was none."""
 
     motion: Motion
     progress: tuple[float, ...] = ()
     design: dict[str, Any] = field(default_factory=dict)
+    generations: int = 0
 
 
 def plan_of(source: Plan | Motion | Design | str | Path, progress: tuple[float, ...] = ()) -> Plan:
@@ -54,7 +55,10 @@ def _from_design(data: dict[str, Any], progress: tuple[float, ...]) -> Plan:
     plan_words(data)
     if not all(math.isfinite(value) and value > 0 for value in told):
         raise InputError("its progress holds what is no condition number; expected positive numbers")
-    return Plan(motion, progress or told, data)
+    generations = int(data.get("generations", 0))
+    if not 0 <= generations <= len(told):
+        raise InputError(f"generations is {generations}, expected 0 to {len(told)}, the length of its progress")
+    return Plan(motion, progress or told, data, 0 if progress else generations)
 
 
 def plan_words(design: dict[str, Any]) -> str:
@@ -68,7 +72,7 @@ def plan_words(design: dict[str, Any]) -> str:
     ]
     margins = sorted(design["margins"], key=lambda m: float(m["margin"]) / max(abs(float(m["allowed"])), 1e-3))
     lines += [
-        f"| {m['limit']} | {m['where']} | {float(m['reached']):.4g} | {float(m['allowed']):.4g} | {m['unit']} |"
+        f"| {m['limit']} | {m['where']} | {float(m['reached']):.4g} | {float(m['allowed']):.4g} | {m['unit'].replace('^2', '²')} |"
         for m in margins
     ]
     return "\n".join(lines) + "\n"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 WIDTH, HEIGHT = 2.6, 1.0  # of the axes, in the view's own units
+MARK_DROP = 0.02  # from the top of a chart to the name of a mark
 LABEL_DROP = 0.1  # the viewer puts a label so far below its point
 LEGEND_ROW, LEGEND_STEP = 5, 8.0  # names in a row of a legend, and their distance in heights of a row
 LETTER = 0.12  # half a letter's width, so that a name begins beside its colour
@@ -95,6 +96,18 @@ def log_line(rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Array,
 
     line = rr.LineStrips2D([axes.place(x, y)], colors=[rgb(colour)], radii=rr.Radius.ui_points(2.0))
     rec.log(path, line, static=True)
+
+
+def log_mark(rec: rr.RecordingStream, path: str, axes: Axes, x: float, text: str) -> None:
+    """Log a line from the bottom to the top of a chart at x, and what begins there."""
+    import rerun as rr
+
+    grey = [rgb(style.SESSION_MEASURED)]
+    at = WIDTH * (x - axes.x[0]) / (axes.x[1] - axes.x[0])
+    line = rr.LineStrips2D([[[at, 0.0], [at, HEIGHT]]], colors=grey, radii=rr.Radius.ui_points(0.6))
+    rec.log(f"{path}/line", line, static=True)
+    name = rr.Points2D([[at + 0.03 * len(text), MARK_DROP]], labels=[text], show_labels=True, radii=0.0, colors=grey)
+    rec.log(f"{path}/name", name, static=True)
 
 
 def log_cursor(rec: rr.RecordingStream, path: str, axes: Axes, time: Array, x: Array, y: Array) -> None:

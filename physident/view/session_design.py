@@ -37,9 +37,16 @@ def log_design(rec: rr.RecordingStream, plan: Plan, robot: Robot, meshes: str | 
     if plan.design:
         rec.log("design/limits", rr.TextDocument(plan_words(plan.design), media_type="text/markdown"), static=True)
     if plan.progress:
-        progress = np.array(plan.progress)
-        iteration = np.arange(len(progress), dtype=float)
-        axes = chart.Axes.about(iteration, progress, logarithmic=True)
-        chart.log_axes(rec, "design/progress", axes, "iteration", "condition number")
-        chart.log_line(rec, "design/progress/condition_number", axes, iteration, progress, style.MODELS[0])
+        _log_progress(rec, plan)
     return log_arm(rec, "design/robot", robot, time[::2], q[::2], meshes)
+
+
+def _log_progress(rec: rr.RecordingStream, plan: Plan) -> None:
+    """Log the condition number over the iterations of a design, and which of them are generations."""
+    progress = np.array(plan.progress)
+    iteration = np.arange(1.0, len(progress) + 1)
+    axes = chart.Axes.about(iteration, progress, logarithmic=True)
+    chart.log_axes(rec, "design/progress", axes, "iteration", "condition number")
+    chart.log_line(rec, "design/progress/condition_number", axes, iteration, progress, style.MODELS[0])
+    if 0 < plan.generations < len(progress):
+        chart.log_mark(rec, "design/progress/ipopt", axes, plan.generations + 0.5, "IPOPT begins")

@@ -14,7 +14,8 @@ import physident as pid
 from physident.excitation.criterion import Condition
 from physident.excitation.genetic import evolve
 from physident.excitation.limits import JointLimits
-from physident.excitation.search import LATER, Problem, Stage
+from physident.excitation.problem import Problem, Stage
+from physident.excitation.search import stages_of
 from physident.excitation.series import Series
 from physident.excitation.task import Task, task_of
 
@@ -109,7 +110,7 @@ def random_starts(robot: pid.Robot, count: int) -> dict[str, list[float]]:
         start = time.process_time()
         motion = pid.random_trajectory(robot, seed, HARMONICS, BASE_FREQUENCY)
         found = problem.judged(problem.series.numbers(motion))
-        for stage in (FULL, *(stage for stage in LATER if stage.penalty is None)):
+        for stage in (FULL, *stages_of(problem)):
             found = problem.improved(found, stage)
         conditions.append(task.condition(problem.series, problem.series.trajectory(found.y)))
         seconds.append(time.process_time() - start)
