@@ -9,31 +9,19 @@ import pytest
 
 import physident as pid
 from physident.diagnosis import search
-from physident.diagnosis.case import Case, State
+from physident.diagnosis.case import State
 from physident.diagnosis.contact import scan
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import gains
-from physident.diagnosis.question import ask
 from physident.diagnosis.row_noise import velocity_noise
-from physident.diagnosis.search import Look, choose, look, possible_sign, settled, surrogates, touched
-from physident.estimation.identify import prepare_all
-from tests.plant import Arm, Sensors, multisine, record
+from physident.diagnosis.search import Look, choose, look, possible_sign, surrogates, touched
+from tests.opened import healthy_runs, opened
+from tests.plant import Arm, Sensors
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
-    folder = tmp_path_factory.mktemp("gates")
-    for seed in (31, 33, 35, 37):
-        record(Arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
-    return [pid.load_recording(folder / f"{seed}.csv") for seed in (31, 33, 35, 37)]
-
-
-def opened(ur5: pid.Robot, runs: list[pid.Recording], change: np.ndarray | None = None) -> State:
-    """A healthy arm's recordings put to its model, with a torque (N, 6) added to both."""
-    estimate = pid.identify(ur5, runs[:2])
-    asked = [r if change is None else replace(r, effort=r.effort + change[: len(r.time)]) for r in runs[2:]]
-    signals = prepare_all(ur5, asked, estimate.filter)
-    return settled(Case.open(ask(estimate, runs[2:]), estimate, signals, estimate.filter, 0), ())
+    return healthy_runs(tmp_path_factory.mktemp("gates"))
 
 
 @pytest.fixture(scope="module")

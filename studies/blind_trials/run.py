@@ -17,12 +17,16 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import numpy as np
+
 import physident as pid
 from studies.blind_trials.arms import CACHE, FILTER
+from studies.blind_trials.attainable import attainable
 from studies.blind_trials.scoring import score
 from studies.blind_trials.summary import ASKED, summary, table
 from studies.blind_trials.trial import Prepared, prepare
 
+VALUED = ("middle", "strong")
 PAIRS_FROM = 5000  # numbers of pairs, so that no motion is shared with a single trial
 
 
@@ -90,6 +94,11 @@ def recorded(job: tuple[int, int, bool]) -> None:
     prepare(*job)
 
 
+def chance(job: tuple[int, int, bool]) -> float:
+    """How often [%] anybody's value of a trial could be within ten per cent."""
+    return attainable(prepare(*job))
+
+
 def rows_of(group: int) -> Path:
     """Where the rows of a set are."""
     return CACHE / f"set{group}.jsonl"
@@ -102,7 +111,13 @@ def kept() -> None:
     sets = {}
     for group, name in ((1, "first seeds"), (2, "second seeds")):
         if rows_of(group).exists():
-            sets[name] = summary([json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()])
+            rows = [json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()]
+            valued = [
+                (group, r["number"], False) for r in rows if r["tier"] in VALUED and r["score"]["error"] is not None
+            ]
+            with Pool(2) as pool:
+                chances = pool.map(chance, [job for job in valued if job[1] < PAIRS_FROM])
+            sets[name] = summary(rows) | {"attainable": float(np.mean(chances))}
     keep(Path(__file__).parent, {"asked": ASKED, "sets": sets}, table(sets))
 
 

@@ -1,0 +1,80 @@
+"""Rivals are those that the data cannot tell apart, no others; and what others make superfluous is removed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis import search
+from physident.diagnosis.candidates import Candidate
+from physident.diagnosis.case import Accepted, State
+from physident.diagnosis.rivals import examine
+from physident.diagnosis.search import look, settled
+from tests.opened import healthy_runs, opened
+from tests.plant import Arm
+
+JOINT = 3
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
+    return healthy_runs(tmp_path_factory.mktemp("rivals"))[:3]
+
+
+@pytest.fixture(scope="module")
+def rubbing(ur5: pid.Robot, runs: list[pid.Recording]) -> State:
+    """Dry friction of one joint doubled, viscous friction of it too."""
+    v = runs[2].dq
+    assert v is not None
+    friction = Arm().friction
+    more = friction.coulomb * np.tanh(v / 0.01) + friction.viscous * v
+    return opened(ur5, runs, more * (np.arange(6) == JOINT - 1))
+
+
+def candidate(state: State, name: str, joint: int = JOINT) -> Candidate:
+    (found,) = (c for c in state.evidence.candidates if c.key == (name, (joint,)))
+    return found
+
+
+def accepted(state: State, *keys: tuple[str, int]) -> tuple[Accepted, ...]:
+    made = []
+    for name, joint in keys:
+        own = candidate(state, name, joint)
+        assert own.options[0].effect is not None
+        made.append(Accepted(own, own.options[0].effect))
+    return tuple(made)
+
+
+def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(rubbing: State, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = np.random.default_rng(0).normal(size=(50, 6))
+    error = np.sqrt(50) * blocks.sum(axis=1).std(ddof=1)
+    one, other = candidate(rubbing, "viscous_friction"), candidate(rubbing, "coulomb_friction")
+    for excess, expected in ((1.0, True), (2.5, False)):
+        loss = blocks + (excess * error - blocks.sum()) / blocks.size
+        monkeypatch.setattr(search, "costs", lambda *_, loss=loss: loss)
+        assert search.as_good(rubbing, other, np.zeros((50, 6)), rubbing.fit.weights) is expected, (one, excess)
+
+
+def test_of_two_effects_at_work_neither_replaces_the_other(rubbing: State) -> None:
+    dry, wet = candidate(rubbing, "coulomb_friction"), candidate(rubbing, "viscous_friction")
+    threshold = look(rubbing).threshold
+    assert not search.replaces(rubbing, dry, wet, threshold)
+    assert not search.replaces(rubbing, wet, dry, threshold)
+    assert search.replaces(rubbing, dry, dry, threshold)
+
+
+def test_each_of_two_effects_has_no_rival_in_the_other(rubbing: State) -> None:
+    state = settled(rubbing.case, accepted(rubbing, ("coulomb_friction", JOINT), ("viscous_friction", JOINT)))
+    now = look(state)
+    for one in state.accepted:
+        examined = examine(now, one)
+        assert examined.gain > now.threshold
+        assert not {c.name for c in examined.rivals} & {"coulomb_friction", "viscous_friction"}
+
+
+def test_what_another_effect_makes_superfluous_is_removed(rubbing: State) -> None:
+    true = (("coulomb_friction", JOINT), ("viscous_friction", JOINT))
+    every = accepted(rubbing, *true, ("coulomb_friction", 5), ("friction_asymmetry", JOINT))
+    kept = search._trimmed(rubbing.case, every, look(settled(rubbing.case, every)))
+    assert {(a.candidate.name, a.candidate.joints[0]) for a in kept} == set(true)
