@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.view import session_design
 from physident.view.session_chart import BOUNDS, LEGEND_ROW, LEGEND_STEP
 from physident.view.session_log import TIMELINE, path_part
+from physident.view.session_range import Range
 
 Array = NDArray[np.float64]
 FOUND_SHOWN = 3
@@ -38,7 +39,7 @@ class Look:
 class Contained:
     """What a session holds, so that no view opens empty: joint names, whether they are prismatic, the ``first`` model and the
     one whose effects are shown; how many ``models`` and ``effects``; joints (from 1) that are ``found`` to lack something; the ``end`` [s] of the recordings and of the design; whether there are models, a diagnosis, a plan, and of it a design and its progress; how to look at the ``arm`` and
-    at the ``planned`` motion."""
+    at the ``planned`` motion; the ``ranges`` of each joint's plots."""
 
     joints: tuple[str, ...]
     prismatic: tuple[bool, ...]
@@ -56,6 +57,7 @@ class Contained:
     progress: bool
     arm: Look
     planned: Look
+    ranges: dict[str, tuple[Range | None, ...]] = field(default_factory=dict)
 
 
 def make_blueprint(c: Contained) -> Any:
@@ -107,10 +109,15 @@ def _diagnosis(c: Contained) -> Any:
     if not c.recorded or not c.found:
         return rrb.Vertical(text, name="diagnosis")
     plots = [
-        _plot(f"/joints/{j}", ["$origin/residual/**"], f"residual of {j} {c.joints[j - 1]}", True, c.end)
+        _plot(f"/joints/{j}", ["$origin/residual/**"], f"residual of {j} {_titled(c, j)}", True, c.end)
         for j in c.found[:FOUND_SHOWN]
     ]
     return rrb.Horizontal(text, rrb.Vertical(*plots), column_shares=[3, 2], name="diagnosis")
+
+
+def _titled(c: Contained, joint: int) -> str:
+    """A joint's (from 1) name and the unit of what drives it."""
+    return f"{c.joints[joint - 1]} [{'N' if c.prismatic[joint - 1] else 'N m'}]"
 
 
 def _arm(look: Look, origin: str) -> Any:
@@ -128,15 +135,19 @@ def _curves(c: Contained, what: str) -> Any:
         unit = f"{length}, {length}/s" if what == "motion" else effort
         parts = ("velocity", "position") if what == "motion" else (what,)
         contents = [f"$origin/{p}/**" for p in parts]
-        views.append(_plot(f"/joints/{j + 1}", contents, f"{j + 1} {joint} [{unit}]", False, c.end))
+        held = c.ranges.get(what.split("/")[0])
+        views.append(
+            _plot(f"/joints/{j + 1}", contents, f"{j + 1} {joint} [{unit}]", False, c.end, held[j] if held else None)
+        )
     return _grid(views, what)
 
 
-def _plot(origin: str, contents: Sequence[str], name: str, legend: bool, end: float) -> Any:
+def _plot(origin: str, contents: Sequence[str], name: str, legend: bool, end: float, held: Range | None = None) -> Any:
     import rerun.blueprint as rrb
 
     return rrb.TimeSeriesView(
         origin=origin, contents=list(contents), name=name, axis_x=_whole(end),
+        axis_y=None if held is None else rrb.ScalarAxis(range=held),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
     )  # fmt: skip
 

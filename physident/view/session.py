@@ -28,6 +28,7 @@ from physident.view.session_content import Content, compose, identity
 from physident.view.session_data import SessionData, gather, moving_rms
 from physident.view.session_design import log_design
 from physident.view.session_joints import log_joints
+from physident.view.session_range import joint_ranges
 from physident.view.session_text import findings, summary
 from physident.view.viewer import open_window, serve
 
@@ -164,6 +165,7 @@ def _contained(c: Content, data: SessionData | None, arm: Look, planned: Look) -
         designed=c.plan is not None and bool(c.plan.design),
         arm=arm,
         planned=planned,
+        ranges={} if data is None else joint_ranges(data),
     )
 
 
