@@ -74,14 +74,6 @@ def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
     assert replace(one, least=one.gain, share=np.ones_like(one.share)).passes(0)
 
 
-def test_the_search_ends_where_a_placebo_comes_next(healthy: State, seen: Look) -> None:
-    """A real effect would pass behind it: what follows a column that cannot be a cause is worth no more."""
-    first = next(i for i, c in enumerate(healthy.evidence.candidates) if c.placebo)
-    gain = np.full_like(seen.gain, 50.0)
-    gain[first] = 100.0
-    assert choose(replace(seen, gain=gain, least=gain, share=np.ones_like(gain), threshold=20.0)) is None
-
-
 def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
     v = runs[2].dq
     assert v is not None

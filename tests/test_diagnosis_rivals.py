@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from physident.diagnosis import search
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.rivals import examine
-from physident.diagnosis.search import look, settled
+from physident.diagnosis.search import choose, look, settled
 from tests.opened import healthy_runs, opened
 from tests.plant import Arm
 
@@ -44,6 +46,18 @@ def accepted(state: State, *keys: tuple[str, int]) -> tuple[Accepted, ...]:
         assert own.options[0].effect is not None
         made.append(Accepted(own, own.options[0].effect))
     return tuple(made)
+
+
+def test_the_search_ends_where_a_placebo_comes_next(rubbing: State) -> None:
+    """A real effect would pass behind it: what follows a column that cannot be a cause is worth no more."""
+    now = look(rubbing)
+    top = choose(now)
+    assert top is not None
+    assert now.state.evidence.candidates[top].joints == (JOINT,)
+    first = next(i for i, c in enumerate(now.state.evidence.candidates) if c.placebo)
+    gain, least, share = now.gain.copy(), now.least.copy(), now.share.copy()
+    gain[first], least[first], share[first] = 2 * gain.max(), 2 * least.max(), 1.0
+    assert choose(replace(now, gain=gain, least=least, share=share)) is None
 
 
 def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(rubbing: State, monkeypatch: pytest.MonkeyPatch) -> None:

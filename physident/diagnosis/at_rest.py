@@ -17,6 +17,7 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.model import Model
 from physident.recording import Recording
+from physident.recording_checks import check_effort, refuse_twice
 from physident.robot import Robot
 from physident.signals import Filter, Signals, prepare
 from physident.validation import with_gains
@@ -33,10 +34,12 @@ def standing(recordings: Sequence[Recording]) -> bool:
 def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -> AtRest:
     """What recordings of an arm that stands still say of a model: torques beside gravity and the friction that may hold.
 
-    Raises InputError for a recording with motion, another number of joints, or currents without gains.
+    Raises InputError for a recording with motion or one that came twice, another number of joints, torques far beyond the
+    robot's limits, or currents without gains.
     """
     if not recordings:
         raise InputError("no recordings given, expected at least one of an arm at rest")
+    refuse_twice(recordings)
     arm = model.model if isinstance(model, Estimate) else model
     poses = []
     for recording in recordings:
@@ -47,6 +50,7 @@ def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -
             raise InputError(
                 f"{recording.source}: the arm moves; expected recordings that stand still, or all with motion"
             )
+        check_effort([gained], arm.robot)
         q = gained.q.mean(axis=0)
         gravity, std = _gravity(model, q)
         poses.append(

@@ -15,7 +15,7 @@ from physident.diagnosis.intervals import certainty
 from physident.diagnosis.noise_floor import AT_FLOOR, noise_floor
 from physident.diagnosis.question import ask
 from physident.diagnosis.refit import as_estimate, refit
-from physident.diagnosis.remainder import Remainder, describe
+from physident.diagnosis.remainder import Remainder, describe, incomplete
 from physident.diagnosis.report import findings
 from physident.diagnosis.rivals import examine
 from physident.diagnosis.search import Look, Search, search, settled
@@ -25,7 +25,6 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.model import Model
 from physident.recording import Recording
-from physident.recording_checks import check_effort
 from physident.signals import Filter
 from physident.validation import compare, validate, with_gains
 from physident.visibility import VISIBLE
@@ -61,7 +60,6 @@ def diagnose(
     refuse_seen(model, recordings, holdout)
     arm = model.model if isinstance(model, Estimate) else model
     signals = prepare_all(arm.robot, gained, used)
-    check_effort(gained, arm.robot)
     check_holdout(model, recordings, holdout, used)
     case = Case.open(question, model, signals, used, seed)
     found = search(case, progress)
@@ -78,6 +76,7 @@ def diagnose(
         "holdout" if holdout else "left-out rows", floor, _placebos(found.last), _unseen(found.first), remainder,
         (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
         layout, gains, case.freedom.held, seed,
+        incomplete(model, remainder) if isinstance(model, Estimate) and question == "different" else (),
     )  # fmt: skip
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +13,7 @@ import physident
 from physident.diagnosis.question import Question
 from physident.diagnosis.remainder import Remainder
 from physident.estimation.estimate import Estimate
-from physident.files import write_text
+from physident.files import write_json
 from physident.model import Model
 from physident.signals import Filter
 
@@ -121,7 +120,8 @@ class Diagnosis:
     """What is wrong with a model, where, how sure, and what it could be confused with.
 
     ``before``, ``after``: errors on the holdout, or on left-out rows without one (``scored_on``). ``estimate`` is the
-    extended model, None where nothing was found. ``held``: base parameters the model never identified.
+    extended model, None where nothing was found. ``held``: base parameters the model never identified. ``incomplete``: joints
+    (from 1) on which a model, asked what is different now, left more than noise of its own recordings.
     """
 
     question: Question
@@ -142,6 +142,7 @@ class Diagnosis:
     drive_gains: tuple[float, ...] | None
     held: tuple[str, ...]
     seed: int = 0
+    incomplete: tuple[int, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The diagnosis as JSON can hold it (schema physident.diagnosis/1)."""
@@ -164,6 +165,7 @@ class Diagnosis:
             "columns": self.columns,
             "drive_gains": self.drive_gains and list(self.drive_gains),
             "held": list(self.held),
+            "incomplete": list(self.incomplete),
             "seed": self.seed,
             "version": physident.__version__,
             "model": self.model.as_dict(),
@@ -172,7 +174,7 @@ class Diagnosis:
 
     def save(self, path: str | Path) -> None:
         """Write the diagnosis as JSON, whole or not at all."""
-        write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(path, self.as_dict())
 
     def __repr__(self) -> str:
         from physident.diagnosis.printing import diagnosis_text

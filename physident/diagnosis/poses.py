@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.printing import wrapped
-from physident.files import write_text
+from physident.files import write_json
 
 Array = NDArray[np.float64]
 SCHEMA = "physident.at_rest/1"
@@ -71,7 +70,7 @@ class AtRest:
 
     def save(self, path: str | Path) -> None:
         """Write the answer as JSON, whole or not at all."""
-        write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(path, self.as_dict())
 
     def __repr__(self) -> str:
         rows = [f"what an arm at rest shows: {self._answer()}", f"  {NOTHING_MORE}"]

@@ -34,6 +34,11 @@ def diagnosis_text(d: Diagnosis) -> str:
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_remainder(d), *_checks(d)]
+    if d.incomplete:
+        rows.append(
+            f"the model left more than noise of its own recordings too (joint {', '.join(map(str, d.incomplete))}): first ask of"
+            " those what is missing from it; an effect it lacks shows here as if it were new"
+        )
     return "\n".join(part for row in rows for part in wrapped(row))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.case import State
+from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 
 Array = NDArray[np.float64]
@@ -85,6 +87,13 @@ def describe(state: State) -> tuple[Remainder, ...]:
             )
         )  # fmt: skip
     return tuple(result)
+
+
+def incomplete(estimate: Estimate, remainder: Sequence[Remainder]) -> tuple[int, ...]:
+    """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does."""
+    used = sum(source.used for source in estimate.sources)
+    memory = used / np.maximum(estimate.effective_samples, 1e-300)
+    return tuple(r.joint for r, own in zip(remainder, memory, strict=True) if own > STRUCTURED * r.white_memory)
 
 
 def _white_memory(state: State) -> float:
