@@ -1,11 +1,14 @@
-"""Reading a text of bounded size; writing a file whole or not at all."""
+"""Reading a text or a JSON object of bounded size; writing a file whole or not at all."""
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from physident.errors import InputError
 
@@ -25,6 +28,33 @@ def read_text(path: str | Path, limit: int, expected: str) -> str:
         raise InputError(f"{str(path)!r}: cannot be read ({reason}); expected {expected}") from None
 
 
+def read_json(path: str | Path, limit: int, expected: str, *schemas: str) -> dict[str, Any]:
+    """The object in a JSON file of at most ``limit`` bytes whose "schema" is one of ``schemas``; raises InputError, saying
+    what was ``expected``, where the file cannot be read, is no JSON, or of another schema."""
+    text = read_text(path, limit, expected)
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON ({error}); expected {expected}") from None
+    if not isinstance(data, dict) or data.get("schema") not in schemas:
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        known = " or ".join(map(repr, schemas))
+        raise InputError(f"{path}: schema is {found!r}, expected {known}: {expected}")
+    return data
+
+
+@contextmanager
+def naming(path: str | Path, what: str, remedy: str) -> Iterator[None]:
+    """While the content of a file is taken apart: an InputError gets the file's name before it, and entries that are missing
+    or of another type become one, which says that it is no complete ``what`` and the ``remedy``."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OverflowError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path}: not a complete {what} ({type(error).__name__}: {error}); {remedy}") from None
+
+
 def check_target(path: str | Path) -> None:
     """Raises InputError where no file can be written at ``path``; leaves nothing there."""
     target = Path(path)
@@ -40,6 +70,16 @@ def check_target(path: str | Path) -> None:
 def write_text(path: str | Path, text: str) -> None:
     """Write a text file, replacing what was there only once all of it is on disk."""
     write_with(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def write_json(path: str | Path, data: dict[str, Any]) -> None:
+    """Write an object as JSON, whole or not at all; raises ValueError for a number that is not finite."""
+    write_text(path, json_text(data))
+
+
+def json_text(data: dict[str, Any]) -> str:
+    """An object as the text of a JSON file; raises ValueError for a number that is not finite."""
+    return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
 def write_with(path: str | Path, write: Callable[[Path], object]) -> None:

@@ -23,6 +23,7 @@ from physident.estimation.weighting import compress
 from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre, pseudo_inertia
 from physident.model import Model
 from physident.recording import Recording
+from physident.recording_checks import refuse_twice
 from physident.regressor import Regressor, build_regressor
 from physident.signals import Signals
 from physident.validation import with_gains
@@ -121,7 +122,7 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
 
     The arm stays as ``estimate`` has it, the load is a rigid body (pseudo-inertia positive semidefinite). Intervals hold
     the residual's autocorrelation, the arm's own uncertainty and the cone; ``seed`` draws them. Raises InputError for
-    recordings the arm was fitted to, that do not fit the robot, or whose motion does not show all ten parameters;
+    recordings the arm was fitted to, that do not fit the robot, with efforts that cannot be the arm's, or whose motion does not show all ten parameters;
     NotSolvedError where no optimum can be proved.
     """
     _refuse_fitted(estimate, recordings)
@@ -187,11 +188,8 @@ def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
     if not recordings:
         raise InputError("no recordings given, expected at least one with the load on the arm")
     fitted = {source.sha256 for source in estimate.sources}
-    seen: set[str] = set()
+    refuse_twice(recordings)
     for recording in recordings:
-        if recording.sha256 in seen:
-            raise InputError(f"{recording.source}: holds the same as a recording before it; expected each once")
-        seen.add(recording.sha256)
         if recording.sha256 in fitted:
             raise InputError(
                 f"{recording.source}: the arm's model was fitted to it, so its load is in the model already; expected a recording with a load the model has not seen"

@@ -27,15 +27,15 @@ def refuse_twice(recordings: Sequence[Recording]) -> None:
 
 
 def check_effort(recordings: Sequence[Recording], robot: Robot) -> None:
-    """Raises InputError, naming recording and joint, for an effort that is the same to the last bit in every row while
-    its joint moves, and for torques far beyond the robot's effort limits, which are of another unit."""
+    """Raises InputError, naming recording and joint, for a constant effort (see ``refuse_constant``), and for torques far
+    beyond the robot's effort limits, which are of another unit. The recordings have the robot's joints."""
     for recording in recordings:
-        if recording.n == robot.n:  # another number of joints is refused where signals are prepared
-            _refuse_constant(recording)
-            _refuse_other_unit(recording, robot)
+        refuse_constant(recording)
+        _refuse_other_unit(recording, robot)
 
 
-def _refuse_constant(recording: Recording) -> None:
+def refuse_constant(recording: Recording) -> None:
+    """Raises InputError for an effort that is the same to the last bit in every row while its joint moves."""
     moved, varied = np.ptp(recording.q, axis=0), np.ptp(recording.effort, axis=0)
     for j in np.flatnonzero((varied == 0) & (moved > MOVES)):
         unit = "A" if recording.effort_kind == "current" else "N m"

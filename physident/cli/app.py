@@ -1,18 +1,17 @@
-"""The typer application and the options that several verbs share."""
+"""The typer application, and what several verbs do: reading, checking, saying how far they are."""
 
 from __future__ import annotations
 
 import glob
-import math
 import os
-import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import typer
 
+from physident.cli.options import parse_numbers
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
@@ -25,38 +24,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-Recordings = Annotated[
-    list[str], typer.Argument(metavar="REC...", help="Recordings: .csv, .csv.gz, .npz, or patterns.")
-]
-RobotOption = Annotated[str | None, typer.Option("--robot", help="Built-in name (ur5), .urdf file or DH table .toml.")]
-ColumnsOption = Annotated[
-    str | None,
-    typer.Option("--columns", help="Layout without canonical header: time=0,q=1:7,dq=7:13,current=13:19 (zero-based)."),
-]
-GainsOption = Annotated[
-    str | None,
-    typer.Option("--drive-gains", help='Motor current to joint torque [N m/A], one a joint: "10.7 10.7 ...".'),
-]
-
-
-def _checked_cutoff(cutoff: float | None) -> float | None:
-    if cutoff is not None:
-        from physident.signals import Filter
-
-        Filter(cutoff)
-    return cutoff
-
-
-CutoffOption = Annotated[
-    float | None,
-    typer.Option("--cutoff", callback=_checked_cutoff, help="Cutoff of the low-pass on both sides [Hz]."),
-]
-ModelOption = Annotated[Path, typer.Option("--model", help="A model file that identify wrote.")]
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Also write the result as JSON to this file.")]
-IncludeFittedOption = Annotated[
-    bool, typer.Option("--include-fitted", help="Allow recordings the model was fitted to.")
-]
 
 T = TypeVar("T")
 
@@ -105,17 +72,6 @@ def report(recording: Recording) -> None:
         warn(f"{recording.source}: {len(bad)} bad rows left out ({shown}{more})")
     if recording.ignored:
         warn(f"{recording.source}: columns ignored: {_listed(recording.ignored)}")
-
-
-def parse_numbers(text: str, option: str) -> tuple[float, ...]:
-    """Numbers separated by commas or spaces; raises InputError naming the option."""
-    try:
-        numbers = tuple(float(part) for part in re.split(r"[,\s]+", text.strip()) if part)
-    except ValueError:
-        numbers = ()
-    if not numbers or not all(map(math.isfinite, numbers)):
-        raise InputError(f"{option} is {text!r}, expected finite numbers separated by commas or spaces")
-    return numbers
 
 
 def progress(items: Iterable[T], doing: str) -> Iterator[T]:

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import RobotOption, app
-from physident.errors import InputError
+from physident.cli.app import app
+from physident.cli.options import RobotOption, names_of, robot_of
 
 
 @app.command("base-parameters", short_help="What any motion could show.")
@@ -18,9 +18,5 @@ def base_parameters(
     """Print a robot's base parameters: the combinations of parameters that its torques depend on."""
     from physident.base_parameters import find_base_parameters as run
     from physident.effects import make_effects
-    from physident.robot import load_robot
 
-    if robot is None:
-        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
-    names = [name.strip() for name in effects.split(",") if name.strip()]
-    typer.echo(repr(run(load_robot(robot), make_effects(names))))
+    typer.echo(repr(run(robot_of(robot), make_effects(names_of(effects)))))

@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
-    ColumnsOption,
-    CutoffOption,
-    GainsOption,
-    IncludeFittedOption,
-    JsonOption,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
-)
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, IncludeFittedOption, JsonOption
 from physident.errors import InputError
 
 
@@ -37,7 +27,7 @@ def compare(
 ) -> None:
     """Print two models' errors on the same recordings, and the gain of the second over the first."""
     from physident.estimation.estimate import load_estimate
-    from physident.files import write_text
+    from physident.files import write_json
     from physident.validation import compare as run
     from physident.validation import with_cutoff
 
@@ -49,7 +39,7 @@ def compare(
     with busy("comparing"):
         gain = run(before, after, recordings, include_fitted)
     if json_out is not None:
-        write_text(json_out, json.dumps(gain.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(json_out, gain.as_dict())
     if plot is not None:
         from physident.view.pair import predict_pair
         from physident.view.plots_residual import plot_residuals

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import JsonOption, RobotOption, app, check_outputs
+from physident.cli.app import app, check_outputs
+from physident.cli.options import JsonOption, RobotOption
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def design(
     """Design a motion at rest at both ends, within the limits, along which all parameters show best."""
     from physident.excitation.design import design_trajectory
     from physident.excitation.discriminate import design_discriminating
-    from physident.files import write_text
+    from physident.files import write_json
 
     if discriminate is not None and criterion is not None:
         raise InputError(
@@ -99,7 +99,7 @@ def design(
 
         plot_motion(plan.trajectory, plot)
     if json_file is not None:
-        write_text(json_file, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(json_file, found.as_dict())
     plan.trajectory.save(out)
     if plan.manipulability.warning:
         warn(plan.manipulability.warning)

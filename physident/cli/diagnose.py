@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import (
+from physident.cli.app import app, check_outputs, read_recordings
+from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
     JsonOption,
     Recordings,
     RobotOption,
-    app,
-    check_outputs,
-    read_recordings,
+    names_of,
 )
 from physident.errors import InputError
 
@@ -93,15 +92,9 @@ def _still(
     start: Estimate | Model, recordings: list[Recording], json_out: Path | None, of_motion: list[Path | str | None]
 ) -> None:
     from physident.diagnosis.at_rest import diagnose_at_rest
-    from physident.model import Model
-    from physident.recording_checks import check_effort, refuse_twice
-    from physident.validation import with_gains
 
     if any(option is not None for option in of_motion):
         raise InputError("no recording moves; expected a motion for --out, --plot and --holdout, or none of them")
-    refuse_twice(recordings)
-    arm, gains = (start.robot, None) if isinstance(start, Model) else (start.model.robot, start.drive_gains)
-    check_effort([with_gains(recording, gains) for recording in recordings], arm)
     found = diagnose_at_rest(start, recordings)
     if json_out is not None:
         found.save(json_out)
@@ -120,7 +113,7 @@ def _described(source: str, effects: str | None) -> Model:
     from physident.model import Model
     from physident.robot import load_robot
 
-    named = [name.strip() for name in (effects or "").split(",") if name.strip()]
+    named = names_of(effects or "")
     if effects is not None and not named:
         raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:

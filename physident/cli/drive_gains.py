@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
-    ColumnsOption,
-    CutoffOption,
-    JsonOption,
-    RobotOption,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
-)
-from physident.errors import InputError
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, JsonOption, RobotOption, effects_of, filter_of, robot_of
 
 
 @app.command("drive-gains", short_help="Motor current to joint torque.")
@@ -33,20 +23,14 @@ def drive_gains(
     cutoff: CutoffOption = None,
 ) -> None:
     """Identify the drive gains of an arm from motor currents with and without a load of known mass."""
-    from physident.effects import DEFAULT_EFFECTS
     from physident.estimation.drive_gains import identify_drive_gains
-    from physident.files import write_text
-    from physident.robot import load_robot
-    from physident.signals import Filter
+    from physident.files import write_json
 
-    if robot is None:
-        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
     check_outputs([*unloaded, *loaded, robot], json_out)
-    chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
     without, with_load = (read_recordings(paths, columns, None) for paths in (unloaded, loaded))
-    filter = Filter() if cutoff is None else Filter(cutoff)
+    arm, chosen, filter = robot_of(robot), effects_of(effects), filter_of(cutoff)
     with busy("identifying"):
-        found = identify_drive_gains(load_robot(robot), without, with_load, load_mass, method, chosen, filter)
+        found = identify_drive_gains(arm, without, with_load, load_mass, method, chosen, filter)
     if json_out is not None:
-        write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(json_out, found.as_dict())
     typer.echo(repr(found))

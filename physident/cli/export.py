@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from physident.cli.app import ModelOption, app, check_outputs
+from physident.cli.app import app, check_outputs
+from physident.cli.options import ModelOption
 from physident.errors import InputError
 
 
@@ -24,7 +24,7 @@ def export(
     from physident.export.parameters import parameters_of
     from physident.export.python import python_of
     from physident.export.urdf import urdf_of
-    from physident.files import write_text
+    from physident.files import json_text, write_text
 
     if urdf is None and json_out is None and python is None:
         raise InputError("nothing to write, expected --urdf out.urdf, --json out.json or --python out.py")
@@ -35,7 +35,7 @@ def export(
     if urdf is not None and made is not None:
         texts[urdf] = made.text
     if json_out is not None:
-        texts[json_out] = json.dumps(parameters_of(estimate), indent=1, allow_nan=False) + "\n"
+        texts[json_out] = json_text(parameters_of(estimate))
     if python is not None:
         texts[python] = python_of(estimate.model)
     for path, text in texts.items():

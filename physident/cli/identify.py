@@ -7,18 +7,17 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
     Recordings,
     RobotOption,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
+    effects_of,
+    filter_of,
+    robot_of,
 )
-from physident.errors import InputError
 
 
 @app.command(short_help="Recordings in, a model out.")
@@ -44,24 +43,15 @@ def identify(
     cutoff: CutoffOption = None,
 ) -> None:
     """Identify a robot's dynamics from recordings and write the model."""
-    from physident.effects import DEFAULT_EFFECTS
     from physident.estimation.estimators import estimator_from_options
     from physident.estimation.identify import identify as run
-    from physident.recording_checks import check_effort
-    from physident.robot import load_robot
-    from physident.signals import Filter
 
-    if robot is None:
-        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out)
-    arm = load_robot(robot)
-    chosen = [name.strip() for name in effects.split(",") if name.strip()] if effects is not None else DEFAULT_EFFECTS
-    filter = Filter() if cutoff is None else Filter(cutoff)
+    arm = robot_of(robot)
     loaded = read_recordings(recordings, columns, drive_gains)
-    check_effort(loaded, arm)
     with busy("identifying"):
-        estimate = run(arm, loaded, chosen, estimator, filter, columns)
+        estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), columns)
     estimate.save(out)
     typer.echo(repr(estimate))
     typer.echo(f"written: {out}")

@@ -7,17 +7,16 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
+from physident.cli.app import app, busy, check_outputs, progress, read_recordings
+from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
     Recordings,
     RobotOption,
-    app,
-    busy,
-    check_outputs,
-    progress,
-    read_recordings,
+    filter_of,
+    names_of,
+    robot_of,
 )
 from physident.errors import InputError, warn
 
@@ -58,9 +57,8 @@ def inspect(
 def _manipulability(robot: str, recordings: list) -> str:
     """How near the recorded poses come to a singularity, with a warning where they do."""
     from physident.manipulability import measure_manipulability
-    from physident.robot import load_robot
 
-    arm, rows = load_robot(robot), []
+    arm, rows = robot_of(robot), []
     for recording in recordings:
         every = max(1, len(recording.q) // POSES)
         found = measure_manipulability(arm, recording.q[::every])
@@ -72,18 +70,15 @@ def _manipulability(robot: str, recordings: list) -> str:
 
 def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
     from physident.effects import make_effects
-    from physident.estimation.identify import prepare_all
+    from physident.estimation.identify import prepare_moving
     from physident.regressor import build_regressor
-    from physident.robot import load_robot
-    from physident.signals import Filter
     from physident.visibility import measure_visibility
 
+    arm, filter = robot_of(robot), filter_of(cutoff)
     if effects.strip() == "all":
         from physident.identifiability import measure_identifiability
 
-        arm, filter = load_robot(robot), Filter() if cutoff is None else Filter(cutoff)
         with busy("asking every effect"):
-            return repr(measure_identifiability(arm, prepare_all(arm, recordings, filter), filter))
-    arm, made = load_robot(robot), make_effects([name.strip() for name in effects.split(",") if name.strip()])
-    filter = Filter() if cutoff is None else Filter(cutoff)
-    return repr(measure_visibility(build_regressor(arm, made, prepare_all(arm, recordings, filter), filter)))
+            return repr(measure_identifiability(arm, prepare_moving(arm, recordings, filter), filter))
+    made = make_effects(names_of(effects))
+    return repr(measure_visibility(build_regressor(arm, made, prepare_moving(arm, recordings, filter), filter)))

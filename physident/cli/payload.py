@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import typer
 
-from physident.cli.app import (
-    ColumnsOption,
-    CutoffOption,
-    GainsOption,
-    JsonOption,
-    ModelOption,
-    Recordings,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
-)
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, JsonOption, ModelOption, Recordings
 
 
 @app.command(short_help="The load that an arm carries.")
@@ -31,17 +19,15 @@ def payload(
 ) -> None:
     """Identify the load on the last link from recordings with it, the arm as the model has it."""
     from physident.estimation.estimate import load_estimate
-    from physident.files import write_text
+    from physident.files import write_json
     from physident.payload import identify_payload
-    from physident.recording_checks import check_effort
-    from physident.validation import with_cutoff, with_gains
+    from physident.validation import with_cutoff
 
     check_outputs([*recordings, model], json_out)
     estimate = with_cutoff(load_estimate(model), cutoff)
     loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
-    check_effort([with_gains(recording, estimate.drive_gains) for recording in loaded], estimate.model.robot)
     with busy("identifying"):
         found = identify_payload(estimate, loaded)
     if json_out is not None:
-        write_text(json_out, json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(json_out, found.as_dict())
     typer.echo(repr(found))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
@@ -16,10 +16,6 @@ from physident.cli.app import (
     JsonOption,
     ModelOption,
     Recordings,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
 )
 
 
@@ -38,7 +34,7 @@ def validate(
 ) -> None:
     """Predict recordings with a model and print the error per joint."""
     from physident.estimation.estimate import load_estimate
-    from physident.files import write_text
+    from physident.files import write_json
     from physident.validation import predictions, with_cutoff
     from physident.validation import validate as run
 
@@ -48,7 +44,7 @@ def validate(
     with busy("predicting"):
         score = run(estimate, loaded, include_fitted)
     if json_out is not None:
-        write_text(json_out, json.dumps(score.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(json_out, score.as_dict())
     if plot is not None:
         from physident.view.plots import plot_predictions
         from physident.view.plots_residual import torque_units

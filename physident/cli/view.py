@@ -8,16 +8,8 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import (
-    ColumnsOption,
-    CutoffOption,
-    GainsOption,
-    RobotOption,
-    app,
-    busy,
-    check_outputs,
-    read_recordings,
-)
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, RobotOption
 from physident.errors import InputError
 
 

@@ -20,10 +20,11 @@ from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.gain_equations import GainEquations
-from physident.estimation.identify import prepare_all
+from physident.estimation.identify import prepare_moving
 from physident.estimation.uncertainty import t_quantile
 from physident.inertia import PARAMETER_NAMES
 from physident.recording import Recording
+from physident.recording_checks import refuse_constant, refuse_twice
 from physident.regressor import build_regressor
 from physident.robot import Robot
 from physident.signals import Filter
@@ -126,7 +127,7 @@ def identify_drive_gains(
     _check_mass(robot, load_mass)
     filter = filter or Filter()
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
-    regressor = build_regressor(robot, made, prepare_all(robot, recordings, filter), filter)
+    regressor = build_regressor(robot, made, prepare_moving(robot, recordings, filter), filter)
     base = find_base_parameters(robot, made)
     equations = GainEquations(regressor, base, regressor.recording >= len(unloaded), load_mass)
     if not equations.load_felt:
@@ -176,11 +177,9 @@ def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass
             raise InputError(
                 f"{recording.source}: holds torques, expected motor currents [A]; drive gains turn one into the other"
             )
-    for group in (unloaded, loaded):
-        seen = [recording.sha256 for recording in group]
-        for at, recording in enumerate(group):
-            if recording.sha256 in seen[:at]:
-                raise InputError(f"{recording.source}: holds the same as a recording before it; expected each once")
+        refuse_constant(recording)
+    refuse_twice(unloaded)
+    refuse_twice(loaded)
     both = {r.sha256 for r in unloaded} & {r.sha256 for r in loaded}
     if both:
         name = next(r.source for r in loaded if r.sha256 in both)

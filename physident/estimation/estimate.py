@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +20,7 @@ from physident.estimation.estimators import Estimator, Physical, estimator_as_di
 from physident.estimation.file_checks import check_entries
 from physident.estimation.shape_errors import FoundShape
 from physident.estimation.uncertainty import t_quantile
-from physident.files import read_text, write_text
+from physident.files import naming, read_json, write_json
 from physident.model import Model
 from physident.recording import check_gains
 from physident.signals import Filter
@@ -112,7 +111,7 @@ class Estimate:
 
     def save(self, path: str | Path) -> None:
         """Write the estimate as JSON (schema physident.model/1), whole or not at all."""
-        write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(path, self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
         """Everything the estimate holds, as JSON can hold it."""
@@ -155,20 +154,9 @@ class Estimate:
 
 def load_estimate(path: str | Path) -> Estimate:
     """The estimate in a model file; raises InputError where it is missing, no JSON, or of another schema."""
-    text = read_text(path, MAX_BYTES, "a model file that identify wrote")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({error}); expected a file that identify wrote") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise InputError(f"{path}: schema is {found!r}, expected {SCHEMA!r}: a file that identify wrote")
-    try:
+    data = read_json(path, MAX_BYTES, "a model file that identify wrote", SCHEMA)
+    with naming(path, "model", "identify it again"):
         return _from_dict(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (OverflowError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{path}: not a complete model ({type(error).__name__}: {error}); identify it again") from None
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:

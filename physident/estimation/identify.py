@@ -23,6 +23,7 @@ from physident.estimation.shape_errors import Slopes, shape_slopes
 from physident.estimation.shapes import settle
 from physident.model import Model
 from physident.recording import Recording
+from physident.recording_checks import check_effort, refuse_twice
 from physident.regressor import Regressor
 from physident.robot import Robot
 from physident.signals import MOVING_SPEED, Filter, Signals, prepare
@@ -43,7 +44,7 @@ def identify(
     ``method`` is "ols", "wls" (each joint by its own residual), "robust" (outliers count linearly), "physical" (only
     what a real arm can be, with a prior), or one of the objects of these names with its settings. ``columns`` is only
     remembered in the estimate. Raises InputError for recordings that do not fit the robot or where a joint with
-    effects of its own never moves, for a prior or bounds that do not fit the model; NotSolvedError where the estimator
+    effects of its own never moves, for efforts that cannot be the arm's, for a prior or bounds that do not fit the model; NotSolvedError where the estimator
     does not settle, bounds contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
@@ -52,7 +53,7 @@ def identify(
     filter = filter or Filter()
     made = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
-    _refuse_twice(recordings)
+    refuse_twice(recordings)
     _refuse_free_scale(robot, made)
     _refuse_still_joints(robot, made, signals)
     found, regressor = settle(robot, made, signals, filter)
@@ -86,7 +87,15 @@ def _positive(matrix: Array) -> Array:
 
 
 def prepare_all(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:
-    """Signals of recordings that each have the robot's joints and some motion; raises InputError naming the file."""
+    """Signals of recordings that each have the robot's joints, some motion, and torques that can be the robot's own; raises
+    InputError naming the file."""
+    signals = prepare_moving(robot, recordings, filter)
+    check_effort(recordings, robot)
+    return signals
+
+
+def prepare_moving(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:
+    """Signals as ``prepare_all`` makes them, whatever the efforts: to look at a recording, or where their unit is sought."""
     signals = []
     for recording in recordings:
         if recording.n != robot.n:
@@ -147,17 +156,6 @@ def smallest_share(P: Array) -> float:
     values = np.linalg.eigvalsh(P)
     size = float(np.abs(values).max())
     return float(values[0]) / size if size > 0 else 0.0
-
-
-def _refuse_twice(recordings: Sequence[Recording]) -> None:
-    """The same samples counted twice would look like twice the evidence."""
-    seen: dict[str, str] = {}
-    for recording in recordings:
-        if recording.sha256 in seen:
-            raise InputError(
-                f"{recording.source}: holds the same samples as {seen[recording.sha256]}; expected each recording once"
-            )
-        seen[recording.sha256] = recording.source
 
 
 def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.files import write_text, write_with
+from physident.files import write_json, write_with
 from physident.robot import Robot
 from physident.signals import Signals
 
@@ -96,7 +95,7 @@ class Motion(ABC):
 
     def save(self, path: str | Path) -> None:
         """Write the motion as JSON (schema physident.trajectory/1), whole or not at all."""
-        write_text(path, json.dumps({"schema": SCHEMA, **self.as_dict()}, indent=1, allow_nan=False) + "\n")
+        write_json(path, {"schema": SCHEMA, **self.as_dict()})
 
     def write_csv(self, path: str | Path, rate: float) -> None:
         """Write a table ``time,q_1..,dq_1..,ddq_1..`` at a rate [Hz], as a robot's controller streams it."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from physident.errors import InputError
 from physident.excitation.motion import LARGEST, SCHEMA, Array, Extent, Motion, checked
 from physident.excitation.point_to_point import PointToPoint
-from physident.files import read_text
+from physident.files import naming, read_json
 from physident.robot import Robot
 from physident.signals import Signals
 
@@ -187,24 +186,13 @@ def load_trajectory(path: str | Path) -> Motion:
 
     Raises InputError where the file is missing, no JSON, of another schema or not complete.
     """
-    text = read_text(path, MAX_FILE, f"a trajectory of schema {SCHEMA}")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({error}); expected a trajectory of schema {SCHEMA}") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise InputError(f"{path}: schema is {found!r}, expected {SCHEMA!r}")
+    data = read_json(path, MAX_FILE, "a trajectory file", SCHEMA)
     kinds: dict[Any, type[Motion]] = {kind.kind: kind for kind in (Trajectory, PointToPoint)}
     kind = data.get("kind", Trajectory.kind)
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind is {kind!r}, expected one of {', '.join(kinds)}")
-    try:
+    with naming(path, "trajectory", "write it again"):
         return kinds[kind](**{key: value for key, value in data.items() if key not in ("schema", "kind")})
-    except TypeError as error:
-        raise InputError(f"{path}: not a complete trajectory ({str(error).split(') ')[-1]})") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _without(values: Array, direction: Array) -> Array:

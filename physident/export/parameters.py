@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import t_quantile
 from physident.export.links import added_inertia
-from physident.files import write_text
+from physident.files import write_json
 from physident.inertia import about_centre, violations
 
 SCHEMA = "physident.parameters/1"
@@ -19,7 +18,7 @@ SCHEMA = "physident.parameters/1"
 
 def export_parameters(estimate: Estimate, path: str | Path) -> None:
     """Write an estimate's parameters with units and 95 % intervals as JSON; raises InputError where it cannot."""
-    write_text(path, json.dumps(parameters_of(estimate), indent=1, allow_nan=False) + "\n")
+    write_json(path, parameters_of(estimate))
 
 
 def parameters_of(estimate: Estimate) -> dict[str, Any]:

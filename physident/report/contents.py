@@ -15,7 +15,7 @@ from physident.diagnosis.question import Question
 from physident.diagnosis.remainder import Remainder
 from physident.effects.catalogue import CATALOGUE
 from physident.errors import InputError
-from physident.files import read_text
+from physident.files import naming, read_json
 from physident.model import Model
 from physident.report.typed import typed
 from physident.signals import Filter
@@ -70,22 +70,9 @@ def contents_of(diagnosis: Diagnosis) -> Contents:
 
 def read_contents(path: str | Path) -> Contents:
     """The contents of a diagnosis file; raises InputError where it is missing, no JSON, of another schema, or incomplete."""
-    text = read_text(path, MAX_BYTES, EXPECTED)
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({error}); expected {EXPECTED}") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise InputError(f"{path}: schema is {found!r}, expected {SCHEMA!r}: {EXPECTED}")
-    try:
+    data = read_json(path, MAX_BYTES, EXPECTED, SCHEMA)
+    with naming(path, "diagnosis", "diagnose again"):
         return _parsed(data, Path(path), hashlib.sha256(Path(path).read_bytes()).hexdigest())
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (OverflowError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
-        raise InputError(
-            f"{path}: not a complete diagnosis ({type(error).__name__}: {error}); diagnose again"
-        ) from None
 
 
 def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Contents:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.files import read_text, write_text
+from physident.files import read_json, write_json
 from physident.formats.table import Table
 from physident.robot import Robot
 from physident.signals import Signals
@@ -172,19 +171,14 @@ class Sensors:
 
     def save(self, path: str | Path) -> None:
         """Write the settings as JSON (schema physident.sensors/1), whole or not at all."""
-        write_text(path, json.dumps({"schema": SCHEMA, **asdict(self)}, indent=1, allow_nan=False) + "\n")
+        write_json(path, {"schema": SCHEMA, **asdict(self)})
 
 
 def load_sensors(path: str | Path) -> Sensors:
     """Sensors from a JSON file (schema physident.sensors/1) with any of the settings of ``Sensors``; raises InputError
     where it is missing, no JSON, of another schema, or names a setting that does not exist."""
-    text = read_text(path, MAX_FILE, f"sensors of schema {SCHEMA}")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({error}); expected sensors of schema {SCHEMA}") from None
-    if not isinstance(data, dict) or data.pop("schema", None) != SCHEMA:
-        raise InputError(f"{path}: expected an object with schema {SCHEMA!r}")
+    data = read_json(path, MAX_FILE, "settings of sensors", SCHEMA)
+    del data["schema"]
     unknown = sorted(set(data) - {field.name for field in fields(Sensors)})
     if unknown:
         known = ", ".join(field.name for field in fields(Sensors))

@@ -12,10 +12,10 @@ from physident.errors import InputError
 from physident.excitation.design import Design
 from physident.excitation.motion import SCHEMA, Motion
 from physident.excitation.trajectory import MAX_FILE, Trajectory, load_trajectory
-from physident.files import read_text
+from physident.files import naming, read_json
 
 DESIGN = "physident.design/1"
-EXPECTED = f"a motion ({SCHEMA}) or a design ({DESIGN})"
+EXPECTED = "a motion or a design that design wrote"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +37,11 @@ def plan_of(source: Plan | Motion | Design | str | Path, progress: tuple[float, 
         return Plan(source, progress)
     if isinstance(source, Design):
         return _from_design(json.loads(json.dumps(source.as_dict())), progress)
-    data = _read(source)
-    if data.get("schema") != DESIGN:
+    data = read_json(source, MAX_FILE, EXPECTED, SCHEMA, DESIGN)
+    if data["schema"] != DESIGN:
         return Plan(load_trajectory(source), progress)
-    try:
+    with naming(source, "design", "design again"):
         return _from_design(data, progress)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{source}: not a complete design ({error}); design again") from None
-    except InputError as error:
-        raise InputError(f"{source}: {error}") from None
 
 
 def _from_design(data: dict[str, Any], progress: tuple[float, ...]) -> Plan:
@@ -76,15 +72,3 @@ def plan_words(design: dict[str, Any]) -> str:
         for m in margins
     ]
     return "\n".join(lines) + "\n"
-
-
-def _read(path: str | Path) -> dict[str, Any]:
-    text = read_text(path, MAX_FILE, EXPECTED)
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({error}); expected {EXPECTED}") from None
-    if not isinstance(data, dict) or data.get("schema") not in (SCHEMA, DESIGN):
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise InputError(f"{path}: schema is {found!r}, expected {EXPECTED}")
-    return data

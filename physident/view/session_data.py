@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.estimation.identify import prepare_all
+from physident.estimation.identify import prepare_moving
 from physident.model import Model
 from physident.recording import Recording
 from physident.regressor import Regressor, build_regressor
@@ -73,7 +73,7 @@ def gather(recordings: Sequence[Recording], models: Mapping[str, Model], robot: 
             raise InputError(
                 f"model {name} has {model.robot.n} joints, robot {robot.name} has {robot.n}; expected models of one arm"
             )
-    signals = prepare_all(robot, recordings, filter)
+    signals = prepare_moving(robot, recordings, filter)
     durations = tuple(r.duration for r in recordings)
     starts = tuple(float(s) for s in np.cumsum([0.0, *(d + PAUSE for d in durations[:-1])]))
     regressors = {n: _regressor(m, signals, filter) for n, m in (models or {"": Model(robot, (), np.zeros(0))}).items()}

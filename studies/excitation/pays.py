@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -16,29 +15,13 @@ from physident.excitation.limits import JointLimits, spread
 from physident.excitation.series import Series
 from physident.excitation.walls import Walls
 from physident.excitation.workspace import Workspace
+from studies.designed_plant import Plan
 from tests.plant import Arm, record
 
 Array = NDArray[np.float64]
 PERIODS = 3
 RECORDINGS = 6
 TRIED = 2000  # random motions, of which the first feasible ones are taken
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A trajectory as the plant takes it."""
-
-    trajectory: pid.Trajectory
-
-    @property
-    def duration(self) -> float:
-        """How long it lasts [s]."""
-        return self.trajectory.duration
-
-    def states(self, time: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities, accelerations (N, 6) at times (N,) [s]."""
-        s = self.trajectory.states(time)
-        return s.q, s.v, s.a
 
 
 def random_feasible(robot: pid.Robot, workspace: Workspace, count: int, seed: int) -> list[pid.Trajectory]:

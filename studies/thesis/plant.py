@@ -6,35 +6,19 @@ and motor inertia are those of Table 2.5 at the joint, and nothing else.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
+from studies.designed_plant import Plan
 from studies.thesis.currents import measured_torque
 from studies.thesis.published import COULOMB, OFFSET, ROTOR_INERTIA
 from tests.plant import Arm, Controller, Drives, Friction, Sensors, record
 
 Array = NDArray[np.float64]
 SENSORS = Sensors(torque_noise=(0.0,) * 6)
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A trajectory as the plant's controller follows it."""
-
-    trajectory: pid.Trajectory
-
-    @property
-    def duration(self) -> float:
-        """How long it lasts [s]."""
-        return self.trajectory.duration
-
-    def states(self, time: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities, accelerations (N, 6) at times (N,) [s]."""
-        s = self.trajectory.states(time)
-        return s.q, s.v, s.a
 
 
 def arm(friction: bool) -> Arm:
