@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis import search
-from physident.diagnosis.case import State
+from physident.diagnosis import gates, search
 from physident.diagnosis.contact import scan
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import gains
+from physident.diagnosis.gates import choose, possible_sign, touched
+from physident.diagnosis.look import Look, look, surrogates
 from physident.diagnosis.row_noise import velocity_noise
-from physident.diagnosis.search import Look, choose, look, possible_sign, surrogates, touched
+from physident.diagnosis.state import State
+from physident.visibility import VISIBLE
 from tests.opened import healthy_runs, opened
 from tests.plant import Arm, Sensors
 
@@ -37,9 +39,7 @@ def seen(healthy: State) -> Look:
 def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: State, seen: Look) -> None:
     fresh = replace(healthy, case=replace(healthy.case, seed=1))
     responses = surrogates(fresh)
-    luckiest = (
-        gains(fresh.evidence, fresh.baseline, fresh.fit, responses).least[seen.share >= search.VISIBLE].max(axis=0)
-    )
+    luckiest = gains(fresh.evidence, fresh.baseline, fresh.fit, responses).least[seen.share >= VISIBLE].max(axis=0)
     assert np.mean(luckiest > seen.threshold) < 0.04
     assert np.mean(scan(fresh, responses).evidence > seen.touch) < 0.04
 
@@ -59,9 +59,9 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: State, monkeypatch: p
     def costs(state: State, one: object, weights: object = None) -> np.ndarray:
         return before if one is None else after
 
-    monkeypatch.setattr(search, "costs", costs)
-    assert search.reduction(before.sum(axis=0), after.sum(axis=0)) > search.LEAST_REDUCTION
-    assert not search._useful(healthy, candidate)
+    monkeypatch.setattr(gates, "costs", costs)
+    assert gates.reduction(before.sum(axis=0), after.sum(axis=0)) > gates.LEAST_REDUCTION
+    assert not gates.useful(healthy, candidate)
 
 
 @pytest.mark.parametrize(("gain", "least", "share"), [(90.0, 5.0, 0.5), (90.0, 80.0, 1e-5)])

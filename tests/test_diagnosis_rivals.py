@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis import search
+from physident.diagnosis import gates, search
 from physident.diagnosis.candidates import Candidate
-from physident.diagnosis.case import Accepted, State
+from physident.diagnosis.gates import choose
+from physident.diagnosis.look import look
 from physident.diagnosis.rivals import examine
-from physident.diagnosis.search import choose, look, settled
+from physident.diagnosis.search import settled
+from physident.diagnosis.state import Accepted, State
 from tests.opened import healthy_runs, opened
 from tests.plant import Arm
 
@@ -66,16 +68,16 @@ def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(rubbing: State, mon
     one, other = candidate(rubbing, "viscous_friction"), candidate(rubbing, "coulomb_friction")
     for excess, expected in ((1.0, True), (2.5, False)):
         loss = blocks + (excess * error - blocks.sum()) / blocks.size
-        monkeypatch.setattr(search, "costs", lambda *_, loss=loss: loss)
-        assert search.as_good(rubbing, other, np.zeros((50, 6)), rubbing.fit.weights) is expected, (one, excess)
+        monkeypatch.setattr(gates, "costs", lambda *_, loss=loss: loss)
+        assert gates.as_good(rubbing, other, np.zeros((50, 6)), rubbing.fit.weights) is expected, (one, excess)
 
 
 def test_of_two_effects_at_work_neither_replaces_the_other(rubbing: State) -> None:
     dry, wet = candidate(rubbing, "coulomb_friction"), candidate(rubbing, "viscous_friction")
     threshold = look(rubbing).threshold
-    assert not search.replaces(rubbing, dry, wet, threshold)
-    assert not search.replaces(rubbing, wet, dry, threshold)
-    assert search.replaces(rubbing, dry, dry, threshold)
+    assert not gates.replaces(rubbing, dry, wet, threshold)
+    assert not gates.replaces(rubbing, wet, dry, threshold)
+    assert gates.replaces(rubbing, dry, dry, threshold)
 
 
 def test_each_of_two_effects_has_no_rival_in_the_other(rubbing: State) -> None:

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate, Option
-from physident.diagnosis.case import STIFF, State
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import evidence_of
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.shape import Judge
+from physident.diagnosis.state import STIFF, State
 from physident.effects.contact import PIECE, Contact, tool_jacobian
 
 Array = NDArray[np.float64]

@@ -9,17 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.admission import check_holdout, refuse_seen
-from physident.diagnosis.case import Case, State
+from physident.diagnosis.case import Case
 from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
 from physident.diagnosis.intervals import certainty
+from physident.diagnosis.look import Look
 from physident.diagnosis.noise_floor import AT_FLOOR, noise_floor
 from physident.diagnosis.question import ask
 from physident.diagnosis.refit import as_estimate, refit
 from physident.diagnosis.remainder import Remainder, describe, incomplete
 from physident.diagnosis.report import findings
 from physident.diagnosis.rivals import examine
-from physident.diagnosis.search import Look, Search, search, settled
+from physident.diagnosis.search import Search, search, settled
 from physident.diagnosis.shape import refined
+from physident.diagnosis.state import State
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.evidence import OUTSIDE, blocks
 from physident.diagnosis.normal import inverted
+from physident.diagnosis.state import Accepted, State
 from physident.estimation.uncertainty import t_quantile
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from physident.base_parameters import find_base_parameters
-from physident.diagnosis.case import State
 from physident.diagnosis.intervals import Certainty
+from physident.diagnosis.state import State
 from physident.estimation.certificate import Certificate
 from physident.estimation.cones import physical_cones
 from physident.estimation.estimate import Estimate, Source

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.case import State
+from physident.diagnosis.state import State
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.contact import CONTACT, by_others
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
 from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
 from physident.diagnosis.left_out import block_costs
 from physident.diagnosis.rivals import Examined
+from physident.diagnosis.state import Accepted, State
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.contact import Contact
 

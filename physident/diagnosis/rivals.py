@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
-from physident.diagnosis.case import Accepted, State
 from physident.diagnosis.contact import CONTACT, scan
 from physident.diagnosis.gains import gains
+from physident.diagnosis.gates import CLOSEST, as_good, costs, possible_sign, replaces
+from physident.diagnosis.look import Look
 from physident.diagnosis.normal import inverted, whitening
-from physident.diagnosis.search import CLOSEST, Look, as_good, costs, possible_sign, replaces
 from physident.diagnosis.shape import refined
+from physident.diagnosis.state import Accepted, State
 
 Array = NDArray[np.float64]
 CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: a hundredfold record would not show it

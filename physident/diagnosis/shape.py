@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.candidates import Candidate
-from physident.diagnosis.case import State
 from physident.diagnosis.normal import inverted, whitening
+from physident.diagnosis.state import State
 from physident.effects.effect import Effect
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.case import State
+from physident.diagnosis.state import State
 
 Array = NDArray[np.float64]
 SPEEDS = 40  # of the grid on which a joint's friction must oppose its motion, up to the fastest that was recorded

@@ -13,8 +13,9 @@ import physident as pid
 from physident.diagnosis.case import Case
 from physident.diagnosis.gains import gains
 from physident.diagnosis.left_out import Folded
+from physident.diagnosis.look import SURROGATES, surrogates
 from physident.diagnosis.question import ask
-from physident.diagnosis.search import SURROGATES, settled
+from physident.diagnosis.search import settled
 from physident.estimation.identify import prepare_all
 
 PLAIN = 40  # candidates whose left-out residuals are computed row by row, to know what one costs
@@ -48,8 +49,6 @@ def main() -> None:
 def one_look(estimate: pid.Estimate, recordings: list[pid.Recording]) -> tuple[int, float, float]:
     """Number of options, and processor time [s] of judging all of them on all surrogates, here and row by row."""
     import numpy as np
-
-    from physident.diagnosis.search import surrogates
 
     robot, filter = estimate.model.robot, estimate.filter
     case = Case.open(ask(estimate, recordings), estimate, prepare_all(robot, recordings, filter), filter, 0)
