@@ -47,6 +47,10 @@ def diagnose(
         Path | None, typer.Option("--plot", help="Also draw the residual before and after (.png, .pdf, .svg).")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Draws the surrogates.")] = 0,
+    recording_offsets: Annotated[
+        bool,
+        typer.Option("--recording-offsets", help="The torque sensors' zero may drift from recording to recording."),
+    ] = False,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
@@ -73,7 +77,7 @@ def diagnose(
         _still(start, loaded, json_out, [out, plot, *held])
         return
     filter = Filter(cutoff) if nominal and cutoff is not None else None
-    found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None)
+    found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None, recording_offsets)
     if json_out is not None:
         found.save(json_out)
     if out is not None and found.estimate is not None:

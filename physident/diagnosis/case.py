@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
 from physident.diagnosis.evidence import OUTSIDE, Evidence, Fit, fit, folds, noise
 from physident.diagnosis.question import Freedom, Question, freedom
+from physident.diagnosis.recording_offset import drifts
 from physident.diagnosis.row_noise import row_weights, weighted
 from physident.diagnosis.state import Accepted, State, precision
 from physident.diagnosis.velocity_noise import SignByPosition
@@ -59,7 +60,12 @@ class Case:
 
     @staticmethod
     def open(
-        question: Question, start: Estimate | Model, signals: Sequence[Signals], filter: Filter, seed: int
+        question: Question,
+        start: Estimate | Model,
+        signals: Sequence[Signals],
+        filter: Filter,
+        seed: int,
+        recording_offsets: bool = False,
     ) -> Case:
         """Evaluate every candidate once and choose the folds."""
         model = start if isinstance(start, Model) else start.model
@@ -74,9 +80,9 @@ class Case:
                 effects.append(effect)
                 at += count
             candidates.append(Candidate(name, joints, tuple(options)))
-        blur = SignByPosition()
-        nuisance = tuple(range(at, at + len(blur.columns(model.robot))))
-        regressor = build_regressor(model.robot, [*effects, blur], signals, filter, model=model)
+        beside = [SignByPosition(), *(drifts(signals) if recording_offsets else [])]
+        nuisance = tuple(range(at, at + sum(len(own.columns(model.robot)) for own in beside)))
+        regressor = build_regressor(model.robot, [*effects, *beside], signals, filter, model=model)
         case = Case(
             question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
             freedom(start, question, regressor, nuisance), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
@@ -88,7 +94,8 @@ class Case:
         case = replace(case, memory=memory)
         evidence, baseline = case.evidence(model), case.freedom.baseline(case.regressor)
         now = fit(evidence, baseline)
-        return replace(case, fold=folds(evidence, baseline, now, float(memory.max()), len(signals), seed))
+        known = 1 if recording_offsets else len(signals)  # an offset of a recording's own cannot be told by the others
+        return replace(case, fold=folds(evidence, baseline, now, float(memory.max()), known, seed))
 
     def _noise(self, model: Model) -> Fit:
         """What no candidate explains."""

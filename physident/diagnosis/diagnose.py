@@ -43,12 +43,14 @@ def diagnose(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
+    recording_offsets: bool = False,
 ) -> Diagnosis:
     """What recordings show that a model does not: causes with their proof on rows or recordings that were left out.
 
     An ``Estimate`` asks what is missing from it, given the recordings it was fitted to, or what is different, given new
     ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter``, and ``columns`` that the extended
-    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates. Raises InputError for no recordings, one
+    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates; with ``recording_offsets`` a constant torque of
+    each recording's own is fitted along and not named. Raises InputError for no recordings, one
     that came twice, a mixture of fitted and new ones, currents without gains, efforts that cannot be the arm's, and a
     holdout that could not be scored: all of it before the search.
     """
@@ -63,7 +65,7 @@ def diagnose(
     arm = model.model if isinstance(model, Estimate) else model
     signals = prepare_all(arm.robot, gained, used)
     check_holdout(model, recordings, holdout, used)
-    case = Case.open(question, model, signals, used, seed)
+    case = Case.open(question, model, signals, used, seed, recording_offsets)
     found = search(case, progress)
     state = _polished(case, found)
     last = replace(found.last, state=state)
@@ -79,6 +81,7 @@ def diagnose(
         (*_used(recordings, "diagnosed"), *_used(holdout, "holdout")), arm, extended, used,
         layout, gains, case.freedom.held, seed,
         incomplete(model, remainder) if isinstance(model, Estimate) and question == "different" else (),
+        recording_offsets,
     )  # fmt: skip
 
 

@@ -143,6 +143,7 @@ class Diagnosis:
     held: tuple[str, ...]
     seed: int = 0
     incomplete: tuple[int, ...] = ()
+    recording_offsets: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """The diagnosis as JSON can hold it (schema physident.diagnosis/1)."""
@@ -166,6 +167,7 @@ class Diagnosis:
             "drive_gains": self.drive_gains and list(self.drive_gains),
             "held": list(self.held),
             "incomplete": list(self.incomplete),
+            "recording_offsets": self.recording_offsets,
             "seed": self.seed,
             "version": physident.__version__,
             "model": self.model.as_dict(),

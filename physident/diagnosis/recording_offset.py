@@ -1,0 +1,32 @@
+"""A nuisance, asked for: the zero of a torque sensor that drifts from one recording to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from physident.effects.effect import Array, Effect
+from physident.robot import Robot
+from physident.signals import Signals
+
+
+@dataclass(frozen=True)
+class RecordingOffset(Effect):
+    """A constant torque in one recording alone, known by its hash, one column a joint; never part of a model."""
+
+    recording: str = ""
+
+    name: ClassVar[str] = "recording_offset"
+    unit: ClassVar[str] = "N m"
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        own = float(signals.recording == self.recording)
+        return np.full((len(self.active(robot)), len(signals.time)), own)
+
+
+def drifts(signals: Sequence[Signals]) -> list[RecordingOffset]:
+    """One offset for each recording but the first: what differs between them, beside what the model calls its offset."""
+    return [RecordingOffset(recording=one.recording) for one in signals[1:]]
