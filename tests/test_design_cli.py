@@ -9,8 +9,8 @@ import pytest
 
 import physident as pid
 from physident.cli import run
+from tests.bad_input.test_verbs import ONE
 from tests.robots import TREE
-from tests.test_bad_input_models import ONE
 
 
 def test_design_writes_what_it_prints(tmp_path, capsys):

@@ -55,6 +55,23 @@ def test_without_noise_every_method_finds_the_gains(
     np.testing.assert_allclose(found.load[1:4] / found.load[0], LOAD[1:4] / LOAD[0], atol=2e-3)
 
 
+def test_counts_of_a_drive_are_as_good_as_amperes(
+    ur5: pid.Robot, clean: tuple[list[pid.Recording], list[pid.Recording]]
+) -> None:
+    """What one unit is worth is sought, so that no size of the numbers is absurd: ten thousand times the arm's limits."""
+    counts = [[replace(r, effort=1e5 * r.effort) for r in group] for group in clean]
+    found = pid.identify_drive_gains(ur5, *counts, LOAD[0], effects=EFFECTS)
+    np.testing.assert_allclose(1e5 * found.gains, GAINS, rtol=0.01)
+
+
+def test_a_dead_channel_has_no_gain(ur5: pid.Robot, clean: tuple[list[pid.Recording], list[pid.Recording]]) -> None:
+    (free,), carried = clean
+    effort = np.array(free.effort)
+    effort[:, 1] = 0.75
+    with pytest.raises(pid.InputError, match=r"current of joint 2 is 0\.75 A in every row"):
+        pid.identify_drive_gains(ur5, [replace(free, effort=effort)], carried, LOAD[0], effects=EFFECTS)
+
+
 def test_with_noise_intervals_hold_the_truth(tls: pid.DriveGains) -> None:
     inside = (tls.intervals[:, 0] < GAINS) & (tls.intervals[:, 1] > GAINS)
     assert inside.sum() >= 5  # of six 95 % intervals

@@ -13,7 +13,8 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.recording_checks import check_effort
-from tests.test_bad_input import CURRENT, HEADER, as_csv, fails, table
+from tests.bad_input.good import CURRENT, HEADER, as_csv, table
+from tests.bad_input.said import fails
 
 Change = Callable[[np.ndarray], None]
 TAU, Q, DQ = slice(13, 19), slice(1, 7), slice(7, 13)
@@ -133,6 +134,31 @@ def test_the_unbroken_files_reach_the_search(folder: Path) -> None:
             run([*start, "new.csv", "--holdout", "unseen.csv"])
     with pytest.raises(AssertionError, match="the search began"):
         run([*MODEL, "unseen.csv", "--holdout", "warm.csv"])
+
+
+VERBS: dict[str, Callable[[pid.Estimate, pid.Recording], object]] = {
+    "identify": lambda model, one: pid.identify(model.model.robot, [one]),
+    "validate": lambda model, one: pid.validate(model, [one]),
+    "compare": lambda model, one: pid.compare(model, model, on=[one]),
+    "payload": lambda model, one: pid.identify_payload(model, [one]),
+    "diagnose": lambda model, one: pid.diagnose(model, [one]),
+    "holdout": lambda model, one: pid.diagnose(model, [pid.load_recording("new.csv")], [one]),
+}
+
+
+@pytest.mark.parametrize("name", ["stuck", "milli"])
+@pytest.mark.parametrize("verb", VERBS)
+def test_python_refuses_what_the_command_line_does(verb: str, name: str, folder: Path) -> None:
+    model = pid.load_estimate("model.json")
+    says = {"stuck": "torque of joint 3 is 4.5 N m in every row", "milli": "is the log in mN m"}[name]
+    with pytest.raises(pid.InputError, match=rf"{name}\.csv: .*{says}"):
+        VERBS[verb](model, pid.load_recording(f"{name}.csv"))
+
+
+def test_a_dead_channel_can_be_looked_at(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """What is seen of effects depends on the motion alone: inspecting is how a dead channel is found."""
+    assert run(["inspect", "stuck.csv", "--robot", "ur5", "--effects", "viscous_friction"]) == 0
+    assert "verdict" in capfd.readouterr().out
 
 
 def recording(robot: pid.Robot, travel: float, torque: np.ndarray) -> pid.Recording:
