@@ -59,8 +59,8 @@ def test_counts_of_a_drive_are_as_good_as_amperes(
     ur5: pid.Robot, clean: tuple[list[pid.Recording], list[pid.Recording]]
 ) -> None:
     """What one unit is worth is sought, so that no size of the numbers is absurd: ten thousand times the arm's limits."""
-    counts = [[replace(r, effort=1e5 * r.effort) for r in group] for group in clean]
-    found = pid.identify_drive_gains(ur5, *counts, LOAD[0], effects=EFFECTS)
+    free, carried = ([replace(r, effort=1e5 * r.effort) for r in group] for group in clean)
+    found = pid.identify_drive_gains(ur5, free, carried, LOAD[0], effects=EFFECTS)
     np.testing.assert_allclose(1e5 * found.gains, GAINS, rtol=0.01)
 
 

@@ -31,7 +31,7 @@ def npz(**arrays: Any) -> Callable[[Path], None]:
     values = table()
     good = {"time": values[:, 0], "q": values[:, 1:7], "dq": values[:, 7:13], "tau": values[:, 13:]}
     kept = {name: value for name, value in (good | arrays).items() if value is not None}
-    return lambda path: np.savez(path, **kept)
+    return lambda path: np.savez(path, **kept)  # pyright: ignore[reportArgumentType]
 
 
 def write(path: Path, content: Content) -> None:

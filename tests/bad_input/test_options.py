@@ -122,4 +122,4 @@ def test_the_unbroken_files_pass(folder: Path, capfd: pytest.CaptureFixture) -> 
     for robot in ("arm.urdf", "arm.toml"):
         assert run(["base-parameters", "--robot", robot]) == 0
     said = [line for line in capfd.readouterr().err.splitlines() if line and "near a singularity" not in line]
-    assert said == []
+    assert said == []  # this motion does pass near one
