@@ -89,6 +89,31 @@ def test_a_contact_too_small_to_matter_is_not_named(seen: Look) -> None:
     assert touched(replace(seen, contact=replace(strong, reduction=10.0)), None)
 
 
+def test_a_contact_must_beat_its_own_surrogates_and_every_other_candidate(seen: Look) -> None:
+    for evidence, rival, expected in ((1.1, None, True), (0.9, None, False), (1.1, 1.2, False), (1.1, 1.0, True)):
+        found = replace(
+            seen.contact, evidence=np.full_like(seen.contact.evidence, evidence * seen.touch), reduction=10.0
+        )
+        assert touched(replace(seen, contact=found), rival and rival * seen.touch) is expected
+
+
+def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(healthy: State) -> None:
+    """What an uncertain parameter does to the torque is no effect: surrogates hold as much of it as its covariance says."""
+    vague = 1e4  # as many times the variance: then it is nearly all that surrogates hold
+    prior = healthy.baseline.prior / vague
+    state = replace(healthy, baseline=replace(healthy.baseline, prior=prior))
+    known = healthy.case.freedom.prior > 0
+    counted = healthy.evidence.regressor.counted
+    expected = np.array(
+        [
+            np.sum((B[:, known] * seen[:, None]) ** 2 / prior[known])
+            for B, seen in zip(state.baseline.joints, counted.T, strict=True)
+        ]
+    )
+    held = np.mean(np.sum(surrogates(state) ** 2, axis=0), axis=1)
+    np.testing.assert_allclose(held, expected, rtol=0.3)
+
+
 def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: State) -> None:
     signals = healthy.case.signals[0]
     np.testing.assert_allclose(velocity_noise(signals), Sensors().velocity_noise, rtol=0.2)
