@@ -42,10 +42,10 @@ def _outside(prepared: Prepared, Y: Array, column: Array) -> float:
     if not isinstance(prepared.model, pid.Estimate) or prepared.trial.question == "missing":
         left = column - Y @ np.linalg.lstsq(Y, column, rcond=1e-8)[0]
         return float(left @ left)
-    B = Y[:, prepared.model.base.independent]
-    slope = B.T @ column
-    normal = np.linalg.inv(prepared.model.covariance) + B.T @ B
-    return float(column @ column - slope @ np.linalg.solve(normal, slope))
+    values, vectors = np.linalg.eigh(prepared.model.covariance)
+    A = Y[:, prepared.model.base.independent] @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    slope = A.T @ column
+    return float(column @ column - slope @ np.linalg.solve(np.eye(len(slope)) + A.T @ A, slope))
 
 
 def _dense(regressor: Regressor, joint: int) -> Array:
