@@ -46,7 +46,7 @@ def _finding(state: State, group: Sequence[Examined], sure: Certainty, currents:
     contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
     return Finding(
         name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
-        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(name, joints, rivals)))), float(sum(e.gain for e in group)),
+        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(state, name, joints, rivals)))), float(sum(e.gain for e in group)),
     )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def _short(name: str, effect: str) -> str:
     return stem or effect
 
 
-def _advice(name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
+def _advice(state: State, name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
     """What would separate the first rival: its signature's words where the catalogue has them, and the motion to record."""
     if not rivals:
         return ""
@@ -130,5 +130,7 @@ def _advice(name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
     joint = f" --joint {common[0]}" if common else ""
     if other.effect == name:
         return said[0].strip() if said else ""
-    command = f"physident design --model MODEL --discriminate {name} {other.effect}{joint} --out motion.json"
+    # a design needs to know the noise, which a nominal model does not
+    model = "EXTENDED" if state.case.question == "nominal" else "MODEL"
+    command = f"physident design --model {model} --discriminate {name} {other.effect}{joint} --out motion.json"
     return f"{said[0] if said else ''}The motion that does: {command}"
