@@ -13,6 +13,7 @@ from physident.diagnosis.contact import scan
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import gains
 from physident.diagnosis.gates import choose, possible_sign, touched
+from physident.diagnosis.left_out import reduced
 from physident.diagnosis.look import Look, look, surrogates
 from physident.diagnosis.row_noise import velocity_noise
 from physident.diagnosis.state import State
@@ -60,7 +61,7 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: State, monkeypatch: p
         return before if one is None else after
 
     monkeypatch.setattr(gates, "costs", costs)
-    assert gates.reduction(before.sum(axis=0), after.sum(axis=0)) > gates.LEAST_REDUCTION
+    assert reduced(before.sum(axis=0), after.sum(axis=0)) > gates.LEAST_REDUCTION
     assert not gates.useful(healthy, candidate)
 
 
@@ -84,17 +85,28 @@ def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, runs: 
 
 
 def test_a_contact_too_small_to_matter_is_not_named(seen: Look) -> None:
-    strong = replace(seen.contact, evidence=np.full_like(seen.contact.evidence, 1e3))
-    assert not touched(replace(seen, contact=strong), None)
-    assert touched(replace(seen, contact=replace(strong, reduction=10.0)), None)
+    for reduction, felt, expected in ((10.0, 10.0, True), (1.0, 10.0, False), (10.0, 1.0, False)):
+        strong = pressed(seen, 1e3, 1e3)
+        found = replace(strong.contact, reduction=reduction, felt=felt)
+        assert touched(replace(strong, contact=found), None) is expected
 
 
 def test_a_contact_must_beat_its_own_surrogates_and_every_other_candidate(seen: Look) -> None:
     for evidence, rival, expected in ((1.1, None, True), (0.9, None, False), (1.1, 1.2, False), (1.1, 1.0, True)):
-        found = replace(
-            seen.contact, evidence=np.full_like(seen.contact.evidence, evidence * seen.touch), reduction=10.0
-        )
-        assert touched(replace(seen, contact=found), rival and rival * seen.touch) is expected
+        found = pressed(seen, evidence * seen.touch, 1e3)
+        assert touched(found, rival and rival * seen.touch) is expected
+
+
+def test_what_one_joint_alone_says_is_no_contact(seen: Look) -> None:
+    for least, expected in ((1.1, True), (0.9, False)):
+        assert touched(pressed(seen, 1e3, least * seen.touch_least), None) is expected
+
+
+def pressed(seen: Look, evidence: float, least: float) -> Look:
+    """A look whose contact has some evidence, less of it without the joint that speaks most, and is large enough."""
+    S = seen.contact.evidence.shape
+    found = replace(seen.contact, evidence=np.full(S, evidence), least=np.full(S, least), reduction=10.0, felt=10.0)
+    return replace(seen, contact=found)
 
 
 def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(healthy: State) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.candidates import Candidate, Option
 from physident.diagnosis.evidence import OUTSIDE
 from physident.diagnosis.gains import evidence_of
+from physident.diagnosis.left_out import reduced
 from physident.diagnosis.normal import inverted
 from physident.diagnosis.shape import Judge
 from physident.diagnosis.state import STIFF, State
@@ -34,13 +35,16 @@ CONTACT = Candidate("contact", (), (Option(None, ()),))
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """The best interval for each response: its ``evidence`` (S,); for the first response its ``effect``, ``windows`` (W, n),
-    the gains of its pieces, and the ``reduction`` [%] of RMS over all joints of its own recording."""
+    """The best interval for each response: its ``evidence`` (S,), and the ``least`` (S,) of it without the joint that speaks
+    most for it; for the first response its ``effect``, ``windows`` (W, n), the gains of its pieces, the ``reduction`` [%]
+    of RMS over all joints of its own recording, and ``felt``, that of the joint that feels it most over all recordings."""
 
     evidence: Array
+    least: Array
     effect: Contact
     windows: Array
     reduction: float
+    felt: float
 
 
 def scan(state: State, responses: Array) -> Scan:
@@ -75,7 +79,9 @@ def scan(state: State, responses: Array) -> Scan:
                 left = 1 - float(own[:, 0].sum()) / max(float(np.sum(residual[rows][:, :, 0] ** 2)), 1e-300)
                 reduction = 100 * (1 - float(np.sqrt(max(left, 0.0))))
     worth = regressor.counted.sum(axis=0) / now.memory
-    return Scan(evidence_of(before, gain, worth), effect, windows, reduction)
+    each = np.array([evidence_of(before[[j]], gain[[j]], worth[[j]]) for j in range(len(worth))])
+    felt = reduced(before[:, 0], before[:, 0] - gain[:, 0])
+    return Scan(each.sum(axis=0), each.sum(axis=0) - each.max(axis=0), effect, windows, reduction, felt)
 
 
 def placed(state: State, effect: Contact) -> Contact:
@@ -141,10 +147,13 @@ def by_others(state: State, effect: Contact, weights: Array) -> Array:
     in units of joints' ``weights`` (n,)."""
     regressor = state.evidence.regressor
     index = [signals.recording for signals in state.case.signals].index(effect.recording)
-    signals, starts = state.case.signals[index], np.array([start for start, _ in effect.pieces()])
+    pieces = replace(
+        effect, steady=False
+    ).pieces()  # of a steady push too: windows are what intervals are resampled from
+    signals, starts = state.case.signals[index], np.array([start for start, _ in pieces])
     time = regressor.time - signals.origin
     piece = np.searchsorted(starts, time, "right") - 1
-    ends = np.array([end for _, end in effect.pieces()])
+    ends = np.array([end for _, end in pieces])
     rows = (regressor.recording == index) & (piece >= 0) & (time < ends[piece])
     at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
     J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights

@@ -11,7 +11,7 @@ from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.gains import evidence_of
 from physident.diagnosis.intervals import resampled_reduction
-from physident.diagnosis.left_out import block_costs, standard_error
+from physident.diagnosis.left_out import block_costs, reduced, standard_error
 from physident.diagnosis.look import Look
 from physident.diagnosis.shape import refined
 from physident.diagnosis.signs import contradicted
@@ -40,9 +40,11 @@ def choose(now: Look) -> int | None:
 
 
 def touched(now: Look, rival: float | None) -> bool:
-    """Whether the best contact passes every gate, and says more than the best other candidate."""
+    """Whether the best contact passes every gate, even without the joint that speaks most for it, and says more than the best
+    other candidate."""
     found = now.contact
-    return bool(found.reduction >= LEAST_REDUCTION and found.evidence[0] > max(now.touch, rival or 0.0))
+    useful = min(found.reduction, found.felt) >= LEAST_REDUCTION
+    return bool(useful and found.evidence[0] > max(now.touch, rival or 0.0) and found.least[0] > now.touch_least)
 
 
 def _smallest(now: Look, top: int, others: Sequence[int]) -> int:
@@ -74,18 +76,12 @@ def useful(state: State, candidate: Candidate) -> bool:
     before, after = costs(state, None), costs(state, candidate)
     own = [j - 1 for j in candidate.joints] or slice(None)
     low, _ = resampled_reduction(before[:, own].sum(axis=1), after[:, own].sum(axis=1), state.case.seed)
-    return low > 0 and reduction(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
+    return low > 0 and reduced(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
 
 
 def possible_sign(state: State, candidate: Candidate) -> str | None:
     """What a candidate makes impossible, in words; None where the extended arm can exist."""
     return contradicted(state.also(candidate, refined(state, candidate)))
-
-
-def reduction(before: Array, after: Array) -> float:
-    """By how much [%] the RMS of the joint that feels it most falls, from squared residuals (n,) before and after."""
-    left = np.maximum(after, 0.0) / np.maximum(before, 1e-300)
-    return float(100 * (1 - np.sqrt(left.min())))
 
 
 def costs(state: State, candidate: Candidate | None, weights: Array | None = None) -> Array:

@@ -21,7 +21,8 @@ LEVEL = 0.99  # of a hundred clean arms one is accused of an effect, and one of 
 @dataclass(frozen=True, eq=False)
 class Look:
     """One look at all candidates beside a state: left-out evidence ``gain`` (C,), the ``least`` (C,) of it without one fold,
-    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact`` with its own, ``touch``."""
+    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact`` with its own, ``touch``, and
+    ``touch_least`` without the joint that speaks most for it."""
 
     state: State
     gain: Array
@@ -30,6 +31,7 @@ class Look:
     threshold: float
     contact: Scan
     touch: float
+    touch_least: float
 
     def passes(self, index: int) -> bool:
         """Whether a candidate's evidence beats the surrogates' even without the fold that speaks most for it."""
@@ -46,7 +48,8 @@ def look(state: State) -> Look:
     # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
     threshold = float(np.quantile(least[share >= VISIBLE].max(axis=0)[1:], LEVEL))
     touch = float(np.quantile(contact.evidence[1:], LEVEL))
-    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact, touch)
+    touch_least = float(np.quantile(contact.least[1:], LEVEL))
+    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact, touch, touch_least)
 
 
 def surrogates(state: State) -> Array:
