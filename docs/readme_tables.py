@@ -53,6 +53,9 @@ def _diagnosed() -> list[tuple[str, str, str]]:
     """How often a diagnosis is right, in blind trials, and how long it takes."""
     sets = results("blind_trials")["sets"].values()
 
+    apart, eight = results("discriminating"), results("diagnosis_speed")
+    both_seconds = f"{max(one['seconds']['median'] for one in sets):.1f} s of processor time, at most {max(one['seconds']['largest'] for one in sets):.1f}"
+
     def both(key: str) -> str:
         return " and ".join(f"{one[key]['percent']:.0f} % of {one[key]['n']}" for one in sets)
 
@@ -63,8 +66,24 @@ def _diagnosed() -> list[tuple[str, str, str]]:
             "blind_trials",
         ),
         ("... and alone", both("alone"), "blind_trials"),
+        (
+            "... its value within 10 % (somebody who knows cause, place and shape beforehand)",
+            " and ".join(f"{one['value']['percent']:.0f} % ({one['attainable']:.0f} %)" for one in sets),
+            "blind_trials",
+        ),
         ("healthy arms accused of something", both("false"), "blind_trials"),
         ("two hidden effects are both named", both("both"), "blind_trials"),
+        ("a diagnosis of two recordings of 20 s", both_seconds, "blind_trials"),
+        (
+            f"a diagnosis of {eight['recordings']} runs of a UR10e, {eight['seconds'] / 60:.0f} minutes",
+            f"{eight['processor_s']:.0f} s of processor time",
+            "diagnosis_speed",
+        ),
+        (
+            "rivals that ordinary motions left undecided, told apart on the motion designed for them",
+            f"{apart['separated']} of {apart['of']}",
+            "discriminating",
+        ),
     ]
 
 
