@@ -158,7 +158,7 @@ def found_on_real_arms() -> str:
     rows = [
         ("UR10e, what the default model misses", named(a["diagnosis"]["findings"]),
          f"left-out runs {errors(a['left_out_mean']['before'])} → {errors(a['left_out_mean']['after'])}"),
-        *((f"UR10e, {label}", named(loads[label]["findings"]) + mass(b["mass"][label]),
+        *((f"UR10e, {label}", named(loads[label]["findings"]).replace("`payload`", "`payload`" + mass(b["mass"][label])),
            f"{errors(one['before_percent'])} → {errors(one['after_percent'])}" if one["findings"] else "")
           for label, one in loads.items()),
         ("TX40, what the default model misses, from half its recording", named(c["half"]["findings"]),
@@ -196,7 +196,7 @@ def mass(value: dict[str, Any] | None) -> str:
     if value is None:
         return ""
     low, high = value["interval95"]
-    return f": {value['value']:.2f} kg [{low:.2f}, {high:.2f}], as uncertain again as the drive gains"
+    return f" of {value['value']:.2f} kg [{low:.2f}, {high:.2f}] (as uncertain again as the drive gains)"
 
 
 def errors(values: list[float]) -> str:
