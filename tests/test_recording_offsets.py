@@ -33,7 +33,9 @@ def named(diagnosis: pid.Diagnosis) -> set[tuple[str, tuple[int, ...]]]:
     return {(f.effect, f.joints) for f in diagnosis.findings}
 
 
-def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(
+    estimate: pid.Estimate, runs: list[pid.Recording]
+) -> None:
     asked = [runs[2], drifted(runs[3])]
     plain = pid.diagnose(estimate, asked)
     assert plain.verdict in ("unexplained", "partly_explained")
