@@ -135,7 +135,7 @@ def test_all_limits_hold_between_the_nodes(tmp_path):
 
 def test_the_limit_that_cannot_be_met_is_named(tmp_path, ur5):
     with pytest.raises(pid.NotSolvedError, match="torque of joint 1 reaches"):
-        pid.design_trajectory(boxes(tmp_path, effort=0.5), harmonics=3, starts=1, generations=3)
+        pid.design_trajectory(boxes(tmp_path, effort=0.02), harmonics=3, starts=1, generations=3)
     with pytest.raises(pid.NotSolvedError, match="table of link"):
         pid.design_trajectory(boxes(tmp_path), harmonics=3, starts=1, generations=3, table=2.0)
     stuck = boxes(tmp_path)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import physident as pid
 from physident.diagnosis.refit import as_estimate
 from physident.effects import DEFAULT_EFFECTS
-from physident.estimation.identify import prepare_all
+from physident.estimation.identify import prepare_moving
 from physident.regressor import Regressor, build_regressor
 from studies.blind_trials.arms import FILTER, Taken
 from studies.blind_trials.cases import Hidden
@@ -60,7 +60,7 @@ def oracle(
 def filtered(recordings: Sequence[pid.Recording]) -> Regressor:
     """Torque of recordings after the filter, and the columns of the ordinary model."""
     robot = pid.load_robot("ur5")
-    return build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), prepare_all(robot, recordings, FILTER), FILTER)
+    return build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), prepare_moving(robot, recordings, FILTER), FILTER)
 
 
 def pilot(hidden: Hidden, arm: Arm, plans: Sequence[Motion], question: str) -> Array:
