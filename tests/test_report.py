@@ -172,6 +172,15 @@ def test_recordings_are_drawn_only_with_the_hash_that_was_diagnosed(folder: Path
     assert "one.csv: cannot be read again" in page.text
 
 
+def test_a_model_that_lacked_structure_before_is_said_to(folder: Path, tmp_path: Path) -> None:
+    for name in ("one.csv", "two.csv", "diagnosis.json"):
+        shutil.copy(folder / name, tmp_path / name)
+    assert "Doubtful as a difference" not in page_of(tmp_path, lambda data: data.update(incomplete=[])).text
+    page = page_of(tmp_path, lambda data: data.update(incomplete=[2, 3]))
+    assert "more than noise of its own recordings on joints 2 and 3" in page.text
+    assert "First ask what is missing from the model" in page.text
+
+
 def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
     bad = '"><script>alert(1)<script>&amp;<img src=x onerror=alert(2)>.csv'
     shutil.copy(folder / "two.csv", tmp_path / bad)

@@ -102,8 +102,8 @@ def design_discriminating(
     """The motion on which two rival effects can be told apart, on one ``joint`` (from 1) or on all where both can be.
 
     It makes large what neither the model without the two, refitted, nor the rival at any shape can imitate of an
-    effect's columns, for both effects alike. A change of a link shows only beside a model that is held, and is judged so. ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate``
-    has its own. The other arguments are those of ``design_trajectory``. Raises InputError for effects, joints or
+    effect's columns, for both effects alike. A change of a link shows only beside a model that is held, and is judged so.
+    ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate`` has its own. The other arguments are those of ``design_trajectory``. Raises InputError for effects, joints or
     settings that cannot be used, NotSolvedError where no motion within the limits was found.
     """
     arm = source.model if isinstance(source, Estimate) else arm_of(source)

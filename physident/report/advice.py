@@ -23,10 +23,18 @@ LEADS = {
 
 def advice(c: Contents) -> Markup:
     """A list, or the statement that nothing more is needed."""
-    items = [*_rivals(c), *_holdout(c), *_vague(c), *_remainder(c), *_unseen(c), *_held(c)]
+    items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_vague(c), *_remainder(c), *_unseen(c), *_held(c)]
     if not items:
         items = ["Nothing more is needed for this answer."]
     return tag("section", tag("h2", "What to record next"), tag("ul", *(tag("li", item) for item in items)))
+
+
+def _incomplete(c: Contents) -> list[str]:
+    if not c.incomplete:
+        return []
+    return [
+        "First ask what is missing from the model: physident diagnose --model MODEL with the recordings it was fitted to."
+    ]
 
 
 def _rivals(c: Contents) -> list[str]:

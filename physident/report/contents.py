@@ -46,6 +46,7 @@ class Contents:
     columns: str | None
     drive_gains: tuple[float, ...] | None
     held: tuple[str, ...]
+    incomplete: tuple[int, ...]
     model: Model
     extended: Model | None
 
@@ -95,6 +96,7 @@ def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Cont
         columns=typed(str | None, data["columns"], "columns"),
         drive_gains=typed(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
         held=typed(tuple[str, ...], data["held"], "held"),
+        incomplete=typed(tuple[int, ...], data["incomplete"], "incomplete"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )
@@ -123,7 +125,7 @@ def _check(c: Contents) -> None:
         if effect not in CATALOGUE:
             raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
     joints = [j for one in (*c.findings, *c.unseen) for j in one.joints]
-    if wrong := [j for j in (*joints, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
+    if wrong := [j for j in (*joints, *c.incomplete, *(r.joint for r in c.remainder)) if not 1 <= j <= n]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
     if bool(c.findings) != (c.extended is not None) or bool(c.findings) != named:

@@ -14,7 +14,7 @@ IN_MODEL = "in the model already, which was fitted to these recordings"
 
 def limits(c: Contents) -> Markup:
     """Unseen effects by reason, parameters that were never identified, and the residual that is no noise."""
-    parts = _unseen(c) + _held(c) + _remainder(c)
+    parts = _unseen(c) + _held(c) + _incomplete(c) + _remainder(c)
     return tag("section", tag("h2", "What could not be seen"), *(parts or [tag("p", "Nothing of the catalogue.")]))
 
 
@@ -65,6 +65,16 @@ def _held(c: Contents) -> list[Markup]:
     if not c.held:
         return []
     return [tag("p", tag("strong", "Never identified, held as they are: "), joined(", ".join(c.held)))]
+
+
+def _incomplete(c: Contents) -> list[Markup]:
+    if not c.incomplete:
+        return []
+    where = f"joint{'s' if len(c.incomplete) > 1 else ''} {numbered(list(c.incomplete))}"
+    text = (
+        f"the model left more than noise of its own recordings on {where}; what it lacks shows here as if it were new."
+    )
+    return [tag("p", tag("strong", "Doubtful as a difference: "), text)]
 
 
 def _remainder(c: Contents) -> list[Markup]:
