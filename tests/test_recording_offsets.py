@@ -45,6 +45,11 @@ def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(
     assert np.all(allowed.before.rms < 0.5 * DRIFT)
 
 
+def test_one_recording_cannot_drift(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+    with pytest.raises(pid.InputError, match="recording_offsets came with one recording"):
+        pid.diagnose(estimate, runs[2:3], recording_offsets=True)
+
+
 def test_behind_a_drift_that_is_allowed_for_a_change_is_found(
     estimate: pid.Estimate, runs: list[pid.Recording]
 ) -> None:

@@ -181,6 +181,22 @@ def test_a_model_that_lacked_structure_before_is_said_to(folder: Path, tmp_path:
     assert "First ask what is missing from the model" in page.text
 
 
+def test_every_rival_has_the_command_that_can_be_typed(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "diagnosis.json", tmp_path / "diagnosis.json")
+
+    def doubted(data: dict[str, Any]) -> None:
+        finding = data["findings"][0]
+        assert finding["joints"]
+        data["seed"], data["recording_offsets"] = 12, True
+        finding["rivals"] = [{"effect": name, "joints": finding["joints"]} for name in ("warm_up", "torque_ripple")]
+
+    name = json.loads((folder / "diagnosis.json").read_text())["findings"][0]["effect"]
+    text = page_of(tmp_path, doubted).text
+    for rival in ("warm_up", "torque_ripple"):
+        assert f"--discriminate {name} {rival} --joint" in text
+    assert "--recording-offsets --seed 12 --json" in text
+
+
 def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
     bad = '"><script>alert(1)<script>&amp;<img src=x onerror=alert(2)>.csv'
     shutil.copy(folder / "two.csv", tmp_path / bad)
@@ -211,7 +227,11 @@ def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
     ("verdict", "head", "lead"),
     [
         ("nothing_missing", "Nothing is missing from the model", "what remains is noise"),
-        ("unexplained", "Something is missing from the model", "Structure remains"),
+        (
+            "unexplained",
+            "These recordings prove nothing that is missing from the model, and do not",
+            "Structure remains",
+        ),
     ],
 )
 def test_no_finding_is_said_in_words_and_claims_no_gain(folder: Path, verdict: str, head: str, lead: str) -> None:

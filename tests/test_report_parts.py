@@ -159,4 +159,6 @@ def test_joints_and_effects_read_as_sentences() -> None:
         in_words("stribeck_friction: not load_dependent_friction") == "Stribeck friction: not load-dependent friction"
     )
     assert headline("different", "nothing_missing", ()).startswith("Nothing is different")
-    assert headline("nominal", "unexplained", ()).startswith("Something is wrong with the nominal model")
+    assert headline("nominal", "unexplained", ()).startswith(
+        "These recordings prove nothing that is wrong with the nominal model"
+    )

@@ -37,7 +37,7 @@ def diagnosis(model: pid.Model) -> Contents:
         path=None, sha256=None, question="missing", verdict="partly_explained", findings=(FOUND, TOUCH), before=LEVELS,
         after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "still"),),
         remainder=(), recordings=(), filter=pid.Filter(7.0), columns=None, drive_gains=None, held=(), model=model,
-        extended=extended,
+        extended=extended, incomplete=(), seed=0, recording_offsets=False,
     )  # fmt: skip
 
 
@@ -61,6 +61,13 @@ def test_models_of_a_diagnosis_are_shown_once(diagnosis: Contents, model: pid.Mo
     assert list(both.models) == ["mine", "extended"]  # the first is the diagnosed one, known by its numbers
     assert both.filter.cutoff == 3.0
     assert compose({"mine": estimate}, [], diagnosis, None, 6.0).filter.cutoff == 6.0
+
+
+def test_a_diagnosis_of_another_arm_is_refused(diagnosis: Contents, model: pid.Model) -> None:
+    other = pid.Model(pid.Robot("other", model.robot.urdf), model.effects, model.theta)
+    estimate: Any = type("E", (), {"model": other, "filter": pid.Filter(), "drive_gains": None})()
+    with pytest.raises(pid.InputError, match="the diagnosis is of robot ur5, model mine is of other"):
+        compose({"mine": estimate}, [], diagnosis, None, None)
     moved: Any = type("E", (), {**vars(type(estimate)), "model": replace(model, theta=model.theta * 1.01)})()
     assert list(compose({"mine": moved}, [], diagnosis, None, None).models) == ["diagnosed", "mine", "extended"]
 

@@ -57,6 +57,10 @@ def diagnose(
     question = ask(model, recordings)
     if isinstance(model, Estimate) and (filter is not None or columns is not None):
         raise InputError("a filter or columns came beside an estimate, which has its own; expected none")
+    if recording_offsets and len(recordings) < 2:
+        raise InputError(
+            "recording_offsets came with one recording; expected two or more, between which a zero can drift"
+        )
     used = model.filter if isinstance(model, Estimate) else filter or Filter()
     gains = model.drive_gains if isinstance(model, Estimate) else shared_gains(recordings)
     layout = model.columns if isinstance(model, Estimate) else columns

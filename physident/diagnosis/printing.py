@@ -34,6 +34,8 @@ def diagnosis_text(d: Diagnosis) -> str:
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_remainder(d), *_checks(d)]
+    if d.recording_offsets:
+        rows.append("each recording has a constant torque of its own, fitted along and not named")
     if d.incomplete:
         rows.append(
             f"the model left more than noise of its own recordings too (joint {', '.join(map(str, d.incomplete))}): first ask of"

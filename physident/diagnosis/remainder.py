@@ -53,7 +53,7 @@ class Remainder:
         }  # fmt: skip
         name = max(shares, key=lambda key: shares[key])
         against = (
-            f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "none against v, q, load, time"
+            f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "no trend with v, q, load or time"
         )
         return f"{100 * self.slow:.0f} % of its power below {SLOW:g} Hz, {against}"
 

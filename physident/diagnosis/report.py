@@ -12,6 +12,7 @@ from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
 from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
 from physident.diagnosis.left_out import block_costs
+from physident.diagnosis.question import Question
 from physident.diagnosis.rivals import Examined
 from physident.diagnosis.state import Accepted, State
 from physident.effects.catalogue import CATALOGUE
@@ -46,7 +47,7 @@ def _finding(state: State, group: Sequence[Examined], sure: Certainty, currents:
     contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
     return Finding(
         name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
-        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(state, name, joints, rivals)))), float(sum(e.gain for e in group)),
+        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(state.case.question, name, joints, rivals)))), float(sum(e.gain for e in group)),
     )  # fmt: skip
 
 
@@ -119,18 +120,20 @@ def _short(name: str, effect: str) -> str:
     return stem or effect
 
 
-def _advice(state: State, name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
-    """What would separate the first rival: its signature's words where the catalogue has them, and the motion to record."""
-    if not rivals:
-        return ""
-    other = rivals[0]
+def _advice(question: Question, name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
+    """What would separate the first rival that is another effect."""
+    other = next((r for r in rivals if r.effect != name), None)
+    return separating(question, name, joints, other) if other is not None else ""
+
+
+def separating(question: Question, name: str, joints: Sequence[int], other: Rival) -> str:
+    """What separates an effect on some joints from another one: its signature's words where the catalogue has them, and the
+    command that designs the motion."""
     told = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
     said = [f"{text}. " for own, text in told if own in text][:1]
     common = [j for j in joints if j in other.joints]
     joint = f" --joint {common[0]}" if common else ""
-    if other.effect == name:
-        return said[0].strip() if said else ""
     # a design needs to know the noise, which a nominal model does not
-    model = "EXTENDED" if state.case.question == "nominal" else "MODEL"
+    model = "EXTENDED" if question == "nominal" else "MODEL"
     command = f"physident design --model {model} --discriminate {name} {other.effect}{joint} --out motion.json"
     return f"{said[0] if said else ''}The motion that does: {command}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from physident.diagnosis.findings import Finding, Rival
-from physident.effects.catalogue import CATALOGUE
+from physident.diagnosis.report import separating
 from physident.report.contents import Contents
 from physident.report.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
 from physident.report.markup import Markup, tag
@@ -39,20 +39,17 @@ def _incomplete(c: Contents) -> list[str]:
 
 def _rivals(c: Contents) -> list[str]:
     return [
-        f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(f, r)}."
+        f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
         for f in c.findings
         for r in f.rivals
     ]
 
 
-def _separating(f: Finding, r: Rival) -> str:
-    """What separates a rival: the diagnosis' advice where it speaks of this one, else how either shows."""
+def _separating(c: Contents, f: Finding, r: Rival) -> str:
+    """What separates a rival: the command that designs the motion, and how either shows."""
     if r.effect == f.effect:
         return "move these joints one at a time"
-    if r.effect in f.advice or f.effect in f.advice:
-        return in_words(f.advice)
-    shows = [f"{effect_words(name)} shows as “{CATALOGUE[name].signature}”" for name in (f.effect, r.effect)]
-    return f"a motion on which they differ; {', '.join(shows)}"
+    return in_words(separating(c.question, f.effect, f.joints, r))
 
 
 def _holdout(c: Contents) -> list[str]:
@@ -100,7 +97,8 @@ def _remainder(c: Contents) -> list[str]:
 def _unseen(c: Contents) -> list[str]:
     items = []
     reasons = by_reason(c)
-    if still := reasons.get(NONE_OF_ITS_OWN):
+    # of a joint about a vertical axis no motion shows the zero
+    if still := [name for name in reasons.get(NONE_OF_ITS_OWN, {}) if name != "joint_zero_offset"]:
         items.append(
             f"Motions that bring out {listed([effect_words(name) for name in still])}: here they showed no torque of their own."
         )

@@ -66,9 +66,11 @@ def _cautions(c: Contents) -> list[Markup]:
             f"{len(passed)} of {len(c.placebos)} placebos, columns that cannot be a cause, were accepted too:"
             " distrust this diagnosis."
         )
+    if c.incomplete and c.findings:
+        said.append("The model left more than noise of its own recordings: what it lacks shows here as if it were new.")
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
         said.append(
             f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause that these recordings"
             " cannot tell from it: see below."
         )
-    return [tag("p", joined(tag("strong", "Mind: "), *said), class_="caution")] if said else []
+    return [tag("p", joined(tag("strong", "Mind: "), " ".join(said)), class_="caution")] if said else []

@@ -47,6 +47,8 @@ class Contents:
     drive_gains: tuple[float, ...] | None
     held: tuple[str, ...]
     incomplete: tuple[int, ...]
+    seed: int
+    recording_offsets: bool
     model: Model
     extended: Model | None
 
@@ -97,6 +99,8 @@ def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Cont
         drive_gains=typed(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
         held=typed(tuple[str, ...], data["held"], "held"),
         incomplete=typed(tuple[int, ...], data["incomplete"], "incomplete"),
+        seed=typed(int, data["seed"], "seed"),
+        recording_offsets=typed(bool, data["recording_offsets"], "recording_offsets"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )

@@ -68,4 +68,6 @@ def _again(c: Contents) -> str:
     for used in c.recordings:
         if used.role == "holdout":
             words += ["--holdout", shlex.quote(used.path)]
+    words += ["--recording-offsets"] if c.recording_offsets else []
+    words += ["--seed", str(c.seed)] if c.seed else []
     return " ".join([*words, "--json", shlex.quote(c.path.name if c.path else "diagnosis.json")])

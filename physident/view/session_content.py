@@ -41,9 +41,16 @@ def compose(
     """What is shown: the models given, and those of the diagnosis where they are others.
 
     Robot, filter and drive gains are those of the first model, else of the diagnosis, where nothing else is asked for.
+    Raises InputError for a diagnosis of another arm, and where no robot is known.
     """
     shown = {name: estimate.model for name, estimate in models.items()}
     if diagnosis is not None:
+        for name, model in shown.items():
+            if model.robot.name != diagnosis.model.robot.name:
+                raise InputError(
+                    f"the diagnosis is of robot {diagnosis.model.robot.name}, model {name} is of {model.robot.name}; expected"
+                    " a diagnosis and models of one arm"
+                )
         known = {identity(m) for m in shown.values()}
         if identity(diagnosis.model) not in known:
             shown = {_free("diagnosed", shown): diagnosis.model, **shown}

@@ -38,10 +38,11 @@ def effect_words(name: str) -> str:
 
 
 def in_words(text: str) -> str:
-    """A text with the public names of effects in it as words."""
+    """A text with the public names of effects in it as words, but for those of a command."""
+    text, command, rest = text.partition("physident ")
     for name in sorted(CATALOGUE, key=len, reverse=True):
         text = text.replace(name, effect_words(name))
-    return text
+    return text + command + rest
 
 
 def cause(effect: str, joints: Sequence[int]) -> str:
@@ -81,7 +82,7 @@ def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) 
         return " ".join([*_lasting(question, findings), *_passing(findings)])
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
-    return f"Something is {NOT_FOUND[question]}, and these recordings do not show what."
+    return f"These recordings prove nothing that is {NOT_FOUND[question]}, and do not rule it out: structure remains."
 
 
 def _lasting(question: Question, findings: Sequence[Finding]) -> list[str]:
