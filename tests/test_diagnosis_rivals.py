@@ -11,7 +11,9 @@ import physident as pid
 from physident.diagnosis import gates, search
 from physident.diagnosis.candidates import Candidate
 from physident.diagnosis.gates import choose
+from physident.diagnosis.intervals import certainty
 from physident.diagnosis.look import look
+from physident.diagnosis.report import _shapes
 from physident.diagnosis.rivals import examine
 from physident.diagnosis.search import settled
 from physident.diagnosis.state import Accepted, State
@@ -94,3 +96,16 @@ def test_what_another_effect_makes_superfluous_is_removed(rubbing: State) -> Non
     every = accepted(rubbing, *true, ("coulomb_friction", 5), ("friction_asymmetry", JOINT))
     kept = search._trimmed(rubbing.case, every, look(settled(rubbing.case, every)))
     assert {(a.candidate.name, a.candidate.joints[0]) for a in kept} == set(true)
+
+
+def test_a_shape_beyond_the_grid_is_said_to_lie_at_its_end(rubbing: State) -> None:
+    """There the value is a bound; and a length, known by its logarithm, is never negative."""
+    own = candidate(rubbing, "presliding_hysteresis")
+    options = [o.effect for o in own.options if o.effect is not None]
+    for place, at_end in ((0, True), (len(options) // 2, False), (len(options) - 1, True)):
+        state = settled(rubbing.case, (Accepted(own, options[place]),))
+        (shape,) = _shapes(state.accepted[0], certainty(state))
+        assert shape.at_end is at_end, place
+        low, high = shape.interval95
+        assert 0 < low < shape.value < high
+        assert low * high == pytest.approx(shape.value**2)

@@ -25,7 +25,7 @@ Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplain
 @dataclass(frozen=True)
 class Value:
     """A parameter of a finding: its ``value`` in the extended model, the ``change`` from the model that was diagnosed, its
-    standard error and 95 % interval, in ``unit``."""
+    standard error and 95 % interval, in ``unit``; ``at_end`` where a shape lies at the end of the range that is searched."""
 
     name: str
     joint: int
@@ -34,6 +34,7 @@ class Value:
     std: float
     interval95: tuple[float, float]
     unit: str
+    at_end: bool = False
 
 
 @dataclass(frozen=True)

@@ -105,8 +105,9 @@ def _finding(number: int, f: Finding) -> list[str]:
 def _value(v: Value, several: bool) -> str:
     place = f" of joint {v.joint}" if several else ""
     changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
+    end = ", at the end of the range searched" if v.at_end else ""
     unit = "" if v.unit == "1" else f" {v.unit}"
-    return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}"
+    return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}{end}"
 
 
 def _remainder(d: Diagnosis) -> list[str]:

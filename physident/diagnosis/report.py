@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 SCALED = (
     "Found from currents: the mass scales with the drive gains; physident drive-gains finds them with a known load."
 )
+END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
+FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
 ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
 
 
@@ -101,16 +103,28 @@ def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
         ends = (value - sure.half * error, value + sure.half * error)
         change = value - old.get(column.name, 0.0)
         result.append(Value(_short(column.name, effect.name), column.joint, value, change, error, ends, column.unit))
-    if len(accepted.candidate.options) == 1:
-        return result
-    joint = (accepted.candidate.joints or (0,))[0]
+    return [*result, *_shapes(accepted, sure)] if len(accepted.candidate.options) > 1 else result
+
+
+def _shapes(accepted: Accepted, sure: Certainty) -> list[Value]:
+    """The shapes that were searched; they are searched, and known, by their logarithm."""
+    effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
     for shape in effect.shapes:
         if getattr(effect, shape.field) is None:
             continue
         value, error = float(getattr(effect, shape.field)[0]), sure.shapes.get(accepted.candidate.key, 0.0)
-        ends = (value - sure.half * error, value + sure.half * error)
-        result.append(Value(shape.field, joint, value, value, error, ends, shape.unit))
+        reach = float(np.exp(min(sure.half * error / value, FARTHEST)))
+        tried = _searched(accepted, shape.field)
+        at_end = error > 0 and not min(tried) / END < value < max(tried) * END
+        ends = (value / reach, value * reach)
+        result.append(Value(shape.field, joint, value, value, error, ends, shape.unit, at_end))
     return result
+
+
+def _searched(accepted: Accepted, field: str) -> list[float]:
+    """The values of a shape that its candidate was tried with."""
+    effects = [option.effect for option in accepted.candidate.options]
+    return [float(values[0]) for e in effects if (values := getattr(e, field, None)) is not None]
 
 
 def _short(name: str, effect: str) -> str:

@@ -68,9 +68,13 @@ def _parameters(f: Finding) -> list[Markup]:
 def _row(f: Finding, v: Value, changed: bool) -> list[str]:
     low, high = v.interval95
     name = effect_words(v.name) if v.name == f.effect else v.name
-    interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high))
+    interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
     row = [name, *([str(v.joint)] if f.joints else []), quantity(v.value, v.unit), interval]
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
+
+
+def _end(v: Value) -> list[Markup]:
+    return [tag("small", " at the end of the range that is searched")] if v.at_end else []
 
 
 def _zero(low: float, high: float) -> list[Markup]:
