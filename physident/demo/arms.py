@@ -78,20 +78,21 @@ HIDDEN: dict[str, Callable[[Rng], Drawn]] = {
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What the demo hid: an ``effect`` on some joints (from 1; empty: the whole arm), by how much its values changed, with
-    their names and units, and the ``arm`` that has it."""
+    """What the demo hid: an ``effect`` on some joints (from 1; empty: the whole arm), by how much its values changed, and its
+    ``shapes``, each with name and unit, and the ``arm`` that has it."""
 
     effect: str
     joints: tuple[int, ...]
     values: tuple[tuple[str, float, str], ...]
     arm: Model
+    shapes: tuple[tuple[str, float, str], ...] = ()
 
     def __repr__(self) -> str:
         place = f" on joint{'s' * (len(self.joints) > 1)} {', '.join(map(str, self.joints))}" if self.joints else ""
-        numbers = ", ".join(
-            f"{name} {value:+.4g} {'' if unit == '1' else unit}".rstrip() for name, value, unit in self.values[:4]
-        )
-        return f"{self.effect}{place}: {numbers}"
+        numbers = [(name, f"{value:+.4g}", unit) for name, value, unit in self.values[:4]]
+        numbers += [(name, f"{value:.4g}", unit) for name, value, unit in self.shapes]
+        said = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in numbers]
+        return f"{self.effect}{place}: {', '.join(said)}"
 
 
 def healthy_arm(robot: Robot) -> Model:
@@ -107,7 +108,7 @@ def hide(arm: Model, seed: int) -> Truth:
     rng = np.random.default_rng([seed, 19])
     name = list(HIDDEN)[int(rng.integers(len(HIDDEN)))]
     joints, changes, settings = HIDDEN[name](rng)
-    names = {effect.name for effect in arm.effects}
+    names, shapes = {effect.name for effect in arm.effects}, ()
     if name in names:
         places = [i for i, c in enumerate(arm.columns) if c.effect == name and c.joint in joints]
         theta = arm.theta.copy()
@@ -117,6 +118,7 @@ def hide(arm: Model, seed: int) -> Truth:
         effect: Effect = CATALOGUE[name](joints=joints or None, **settings)
         changed = Model(arm.robot, (*arm.effects, effect), np.concatenate([arm.theta, changes]))
         places = list(range(len(arm.theta), len(changed.theta)))
+        shapes = tuple((s.field, float(settings[s.field][0]), s.unit) for s in effect.shapes if s.field in settings)
     columns = [changed.columns[i] for i in places]
     values = tuple((c.name, value, c.unit) for c, value in zip(columns, changes, strict=True))
-    return Truth(name, joints, values, changed)
+    return Truth(name, joints, values, changed, shapes)

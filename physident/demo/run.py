@@ -77,7 +77,7 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     estimate = identify(robot, before)
     estimate.save(folder / "model.json")
     *now, unseen = (_recorded(truth.arm, folder / name, 10 * seed + 5 + k) for k, name in enumerate((*NOW, UNSEEN)))
-    diagnosis = diagnose(estimate, now, [unseen], seed=seed)
+    diagnosis = diagnose(estimate, now, [unseen])
     diagnosis.save(folder / "diagnosis.json")
     if diagnosis.estimate is not None:
         diagnosis.estimate.save(folder / "extended.json")
