@@ -74,7 +74,7 @@ def diagnose(
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(held, layout, drive_gains) if held else []
     if standing(loaded):
-        _still(start, loaded, json_out, [out, plot, *held])
+        _still(start, loaded, json_out, [out, plot, *held, recording_offsets or None])
         return
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None, recording_offsets)
@@ -93,12 +93,17 @@ def diagnose(
 
 
 def _still(
-    start: Estimate | Model, recordings: list[Recording], json_out: Path | None, of_motion: list[Path | str | None]
+    start: Estimate | Model,
+    recordings: list[Recording],
+    json_out: Path | None,
+    of_motion: list[Path | str | bool | None],
 ) -> None:
     from physident.diagnosis.at_rest import diagnose_at_rest
 
     if any(option is not None for option in of_motion):
-        raise InputError("no recording moves; expected a motion for --out, --plot and --holdout, or none of them")
+        raise InputError(
+            "no recording moves; expected a motion for --out, --plot, --holdout and --recording-offsets, or none of them"
+        )
     found = diagnose_at_rest(start, recordings)
     if json_out is not None:
         found.save(json_out)

@@ -18,6 +18,10 @@ from physident.signals import Signals
 Array = NDArray[np.float64]
 WHOLE_ARM = ("payload", "gravity_tilt", "time_delay", "contact")
 NOT_JOINT_BY_JOINT = ("rigid_body", "contact")  # its changes are payload and link_inertia; contact is scanned for
+FRICTION = (
+    "viscous_friction", "coulomb_friction", "friction_asymmetry", "stribeck_friction", "nonlinear_viscous_friction",
+    "load_dependent_friction", "presliding_hysteresis", "warm_up", "coupled_friction",
+)  # fmt: skip
 WARMED = 1.0  # K: a temperature that changes by less explains nothing
 PLACEBOS = ("placebo_reversed", "placebo_random")
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.candidates import Candidate, Option, possible, with_placebos
+from physident.diagnosis.candidates import FRICTION, Candidate, Option, possible, with_placebos
 from physident.diagnosis.evidence import OUTSIDE, Evidence, Fit, fit, folds, noise
 from physident.diagnosis.question import Freedom, Question, freedom
 from physident.diagnosis.recording_offset import drifts
@@ -23,7 +23,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.model import Model
 from physident.regressor import Regressor, build_regressor
-from physident.signals import Filter, Signals
+from physident.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,7 @@ class Case:
     fold: NDArray[np.intp]
     memory: Array
     weights: Array
+    recording_offsets: bool = False
     known: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns evaluated before
 
     @property
@@ -52,10 +53,21 @@ class Case:
         return self.start if isinstance(self.start, Model) else self.start.model
 
     @cached_property
+    def still(self) -> frozenset[int]:
+        """Joints (from 1) that no recording moves: what their velocity shows is noise."""
+        fastest = np.max([np.abs(one.v).max(axis=0) for one in self.signals], axis=0)
+        return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED))
+
+    def motionless(self, candidate: Candidate) -> bool:
+        """Whether a candidate is the friction of a joint that no recording moves."""
+        return candidate.name in FRICTION and self.still.issuperset(candidate.joints)
+
+    @cached_property
     def lacking(self) -> tuple[Accepted, ...]:
         """Effects of an ordinary arm that the model does not have."""
         own = {(e.name, j + 1) for e in self.model.effects for j in e.active(self.model.robot)}
         every = [c for c in self.candidates if c.name in DEFAULT_EFFECTS and (c.name, c.joints[0]) not in own]
+        every = [c for c in every if not self.motionless(c)]
         return tuple(Accepted(c, c.options[0].effect) for c in every if c.options[0].effect is not None)
 
     @staticmethod
@@ -86,7 +98,7 @@ class Case:
         case = Case(
             question, start, tuple(signals), filter, seed, regressor, tuple(candidates),
             freedom(start, question, regressor, nuisance), np.zeros(len(regressor.time), dtype=np.intp), np.ones(model.robot.n),
-            np.ones(regressor.torque.shape),
+            np.ones(regressor.torque.shape), recording_offsets,
         )  # fmt: skip
         weights = row_weights(model, signals, filter, case._noise(model).sigma)
         case = replace(case, weights=weights, regressor=weighted(regressor, weights))

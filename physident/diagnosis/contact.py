@@ -142,26 +142,6 @@ def _worthwhile(effect: Contact, judge: Judge, columns: Sequence[Array], price: 
     return Contact(intervals=tuple(merged), recording=effect.recording) if merged else effect
 
 
-def by_others(state: State, effect: Contact, weights: Array) -> Array:
-    """What a contact's pieces explain (W, n) of each joint beside a state's baseline, by the force that the others tell;
-    in units of joints' ``weights`` (n,)."""
-    regressor = state.evidence.regressor
-    index = [signals.recording for signals in state.case.signals].index(effect.recording)
-    pieces = replace(
-        effect, steady=False
-    ).pieces()  # of a steady push too: windows are what intervals are resampled from
-    signals, starts = state.case.signals[index], np.array([start for start, _ in pieces])
-    time = regressor.time - signals.origin
-    piece = np.searchsorted(starts, time, "right") - 1
-    ends = np.array([end for _, end in pieces])
-    rows = (regressor.recording == index) & (piece >= 0) & (time < ends[piece])
-    at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
-    J = tool_jacobian(state.case.model.robot, signals.q[at]) * weights
-    J = J * (state.case.weights * regressor.counted)[rows][:, None, :]
-    residual = _residual(state, state.evidence.response[:, :, None])[rows] * weights[:, None]
-    return _windows(J, residual, np.unique(piece[rows], return_inverse=True)[1])[:, :, 0]
-
-
 def _residual(state: State, responses: Array) -> Array:
     """What the baseline leaves of responses (M, n, S) in each fold when it is fitted to the others; in gaps, to all.
 

@@ -158,6 +158,7 @@ def _unseen(first: Look) -> tuple[Unseen, ...]:
             columns = evidence.everywhere(candidate.options[0].columns)
             silent = max(float(np.abs(own).max(initial=0.0)) for own in columns) < SILENT
             reason = "shows no torque" if silent else "inside what the baseline may take up"
+            reason = "of a joint that does not move" if first.state.case.motionless(candidate) else reason
             result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
 

@@ -59,7 +59,7 @@ class Rival:
 @dataclass(frozen=True)
 class Finding:
     """A cause: an effect on some joints (from 1; empty: the whole arm), its values, what it gains on rows that were left
-    out, what it could be confused with, ``intervals`` (start, end) [s] of a contact, and ``advice`` to separate rivals."""
+    out, what it could be confused with, ``intervals`` (start, end) [s] of a contact and the hash of its ``recording``, and ``advice`` to separate rivals."""
 
     effect: str
     joints: tuple[int, ...]
@@ -69,6 +69,7 @@ class Finding:
     intervals: tuple[tuple[float, float], ...]
     advice: str
     evidence: float  # left-out gain in units of the noise, by which findings are ordered
+    recording: str = ""
 
 
 @dataclass(frozen=True, eq=False)

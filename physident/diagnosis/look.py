@@ -44,6 +44,7 @@ def look(state: State) -> Look:
     responses = np.concatenate([evidence.response[:, :, None], surrogates(state)], axis=2)
     found = gains(evidence, baseline, now, responses)
     share = shares(evidence, baseline, now.weights)
+    share[[state.case.motionless(c) for c in evidence.candidates]] = 0.0
     least, contact = found.least, scan(state, responses)
     # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
     threshold = float(np.quantile(least[share >= VISIBLE].max(axis=0)[1:], LEVEL))

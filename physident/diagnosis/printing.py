@@ -29,8 +29,9 @@ def diagnosis_text(d: Diagnosis) -> str:
     """The printed form of a diagnosis."""
     rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
+    paths = {used.sha256: used.path for used in d.recordings}
     for number, finding in enumerate(d.findings[:SHOWN], 1):
-        rows += ["", *_finding(number, finding)]
+        rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_remainder(d), *_checks(d)]
@@ -73,12 +74,14 @@ def _levels(d: Diagnosis) -> list[str]:
         rows.append("  does not repeat [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
     else:
         rows.append("  does not repeat: not known, no motion was made twice")
+    if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
+        rows.append("  after: without the rows of a contact, whose force no others tell")
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows
 
 
-def _finding(number: int, f: Finding) -> list[str]:
+def _finding(number: int, f: Finding, path: str) -> list[str]:
     low, high = f.gain.interval95
     size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m, " if len(f.joints) == 1 else ""
     rows = [
@@ -94,7 +97,9 @@ def _finding(number: int, f: Finding) -> list[str]:
     if any(v.interval95[0] < 0 < v.interval95[1] and v.change == v.value for v in shown):
         rows.append("   what it adds is sure, its values one by one are not: an interval that holds zero")
     if f.intervals:
-        rows.append("   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals))
+        rows.append(
+            "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
+        )
     if f.rivals:
         rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell.")
     if f.advice:

@@ -28,5 +28,5 @@ class RecordingOffset(Effect):
 
 
 def drifts(signals: Sequence[Signals]) -> list[RecordingOffset]:
-    """One offset for each recording but the first: what differs between them, beside what the model calls its offset."""
-    return [RecordingOffset(recording=one.recording) for one in signals[1:]]
+    """One offset for each recording: which of them has the true zero, none can tell."""
+    return [RecordingOffset(recording=one.recording) for one in signals]

@@ -25,7 +25,7 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
     """The extended model's estimate: identified again where it was fitted to these recordings, else the values of the
     diagnosis, the model's own moved within their covariance."""
     case, model = state.case, state.extension.model
-    if case.question == "missing" and isinstance(case.start, Estimate):
+    if case.question == "missing" and isinstance(case.start, Estimate) and not case.recording_offsets:
         regressor = refreshed(model.robot, model.effects, case.signals, case.filter, model.theta)
         return estimate_from(
             model.robot, model.effects, regressor, recordings, case.start.estimator, case.filter, case.start.columns

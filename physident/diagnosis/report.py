@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.contact import CONTACT, by_others
+from physident.diagnosis.contact import CONTACT, scan
 from physident.diagnosis.evidence import blocks
 from physident.diagnosis.findings import Finding, Reduction, Rival, Value
 from physident.diagnosis.intervals import RESAMPLES, Certainty, resampled_reduction
@@ -35,7 +35,8 @@ def findings(
     groups: dict[object, list[Examined]] = {}
     for one in examined:
         name = one.accepted.candidate.name
-        groups.setdefault(one.accepted.candidate.key if name in ONE_BY_ONE else name, []).append(one)
+        key = one.accepted.candidate.key if name in ONE_BY_ONE else name
+        groups.setdefault((key, getattr(one.accepted.effect, "recording", "")), []).append(one)
     made = [_finding(state, group, sure, currents) for group in groups.values()]
     return tuple(sorted(made, key=lambda f: -f.evidence))
 
@@ -50,6 +51,7 @@ def _finding(state: State, group: Sequence[Examined], sure: Certainty, currents:
     return Finding(
         name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
         " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(state.case.question, name, joints, rivals)))), float(sum(e.gain for e in group)),
+        getattr(group[0].accepted.effect, "recording", ""),
     )  # fmt: skip
 
 
@@ -78,10 +80,13 @@ def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -
 
 
 def _touch(state: State, rest: State, group: Sequence[Accepted]) -> Reduction:
-    """What contacts gain, each joint judged by the force that the others tell; all joints, noise-weighted."""
-    weights = 1 / state.fit.sigma
-    contacts = [a.effect for a in group if isinstance(a.effect, Contact)]
-    gain = np.concatenate([by_others(rest, contact, weights).sum(axis=1) for contact in contacts])
+    """What contacts gain as the search judged them: each joint by the force that the others tell; all joints, noise-weighted."""
+    weights, each = rest.fit.weights, []
+    for one in group:
+        beside = state.case.state([a for a in state.accepted if a is not one], state.model, state.evidence)
+        windows = scan(beside, beside.evidence.response[:, :, None]).windows
+        each.append((windows * (weights / beside.fit.weights) ** 2).sum(axis=1))
+    gain = np.concatenate(each)
     before = float(np.sum((rest.fit.residual * weights) ** 2))
     draws = np.random.default_rng([rest.case.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
     left = np.sqrt(np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0))

@@ -102,6 +102,6 @@ def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Ac
 def _least(state: State, candidate: Candidate) -> float:
     """A candidate's evidence without the fold that speaks most for it; none where it lies inside the baseline."""
     alone = replace(state.evidence, candidates=(candidate,))
-    if shares(alone, state.baseline, state.fit.weights)[0] < VISIBLE:
+    if state.case.motionless(candidate) or shares(alone, state.baseline, state.fit.weights)[0] < VISIBLE:
         return 0.0
     return float(gains(alone, state.baseline, state.fit, alone.response[:, :, None]).least[0, 0])

@@ -62,10 +62,11 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
     made = tuple(effect if isinstance(effect, Effect) else _by_name(effect)() for effect in effects)
     if not made:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
-    seen: set[tuple[str, int | None, object]] = set()
+    seen: set[tuple[str, int | None, object, object]] = set()
     for effect in made:
         for joint in effect.joints or (None,):
-            key = (effect.name, joint, getattr(effect, "intervals", None))  # contacts at other times are others
+            # contacts at other times, or in other recordings, are others
+            key = (effect.name, joint, getattr(effect, "intervals", None), getattr(effect, "recording", None))
             if key in seen:
                 raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
             seen.add(key)

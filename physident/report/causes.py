@@ -31,7 +31,7 @@ def _card(c: Contents, n: int, f: Finding) -> Markup:
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
         tag("p", *_gain(c, f)),
-        *([tag("p", f"It lasts {_times(f)} of the recording's own clock.")] if f.intervals else []),
+        *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
         *_parameters(f),
         *_rivals(f),
         tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
@@ -53,6 +53,11 @@ def _gain(c: Contents, f: Finding) -> list[str]:
 
 def _times(f: Finding) -> str:
     return listed([f"from {start:.2f} to {end:.2f} s" for start, end in f.intervals])
+
+
+def _recording(c: Contents, f: Finding) -> str:
+    paths = [used.path for used in c.recordings if used.sha256 == f.recording]
+    return c.shown(paths[0]) if paths else "its recording"
 
 
 def _parameters(f: Finding) -> list[Markup]:

@@ -1,0 +1,71 @@
+"""Odd recordings: a joint that never moves, pushes at the same time in two recordings, few joints to tell a force."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.printing import WIDTH
+from physident.effects.contact import tool_jacobian
+from tests.opened import healthy_runs
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
+    return healthy_runs(tmp_path_factory.mktemp("odd"))
+
+
+@pytest.fixture(scope="module")
+def estimate(ur5: pid.Robot, runs: list[pid.Recording]) -> pid.Estimate:
+    return pid.identify(ur5, runs[:2])
+
+
+def pushed(run: pid.Recording, robot: pid.Robot) -> pid.Recording:
+    """A recording with 30 N at the tool for two seconds."""
+    time = run.time - run.time[0]
+    during = ((time >= 5.0) & (time < 7.0))[:, None]
+    force = tool_jacobian(robot, run.q).transpose(0, 2, 1) @ np.array([10.0, -20.0, 20.0])
+    return replace(run, effort=run.effort + force * during)
+
+
+def test_pushes_at_the_same_time_of_two_recordings_are_two_findings(
+    estimate: pid.Estimate, runs: list[pid.Recording], tmp_path: Path
+) -> None:
+    both = [pushed(run, estimate.model.robot) for run in runs[2:]]
+    found = pid.diagnose(estimate, both)
+    contacts = [f for f in found.findings if f.effect == "contact"]
+    assert {f.recording for f in contacts} == {run.sha256 for run in both}
+    for f in contacts:
+        assert f.intervals[0] == pytest.approx((5.0, 7.0), abs=0.05)
+        assert f.gain.reduction_percent > 0
+        assert f.gain.interval95[0] > 0
+    assert all(run.source[-20:] in "".join(repr(found).split()) for run in both)
+    assert max(map(len, repr(found).splitlines())) <= WIDTH + 100  # a path is not broken
+    assert found.estimate is not None
+    found.estimate.save(tmp_path / "extended.json")
+    found.save(tmp_path / "diagnosis.json")
+    assert len(pid.load_estimate(tmp_path / "extended.json").model.theta) == len(found.estimate.model.theta)
+    pid.write_report(tmp_path / "diagnosis.json", tmp_path / "report.html")
+    assert "by the clock of 35.csv" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["findings"][0]["recording"]
+
+
+def test_of_a_joint_that_never_moves_no_friction_is_told(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+    """Its velocity is noise, whose sign and size are columns like any other."""
+    rng = np.random.default_rng(0)
+    still = []
+    for run in runs[2:]:
+        assert run.dq is not None
+        q, dq = run.q.copy(), run.dq.copy()
+        q[:, 0], dq[:, 0] = 0.3 + 1e-5 * rng.standard_normal(len(q)), 1e-4 * rng.standard_normal(len(q))
+        still.append(replace(run, q=q, dq=dq))
+    found = pid.diagnose(estimate, still)
+    accused = {(f.effect, j) for f in found.findings for j in f.joints}
+    assert not {name for name, joint in accused if joint == 1 and ("friction" in name or "warm" in name)}
+    reasons = {u.reason for u in found.unseen if (u.effect, u.joints) == ("coulomb_friction", (1,))}
+    assert reasons == {"of a joint that does not move"}
