@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ def diagnosis_text(d: Diagnosis) -> str:
     """The printed form of a diagnosis."""
     rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
-    paths = {used.sha256: used.path for used in d.recordings}
+    files = [Path(used.path).name for used in d.recordings]
+    paths = {u.sha256: name if files.count(name) == 1 else u.path for u, name in zip(d.recordings, files, strict=True)}
     for number, finding in enumerate(d.findings[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
     if len(d.findings) > SHOWN:
