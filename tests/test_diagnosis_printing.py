@@ -10,6 +10,7 @@ import pytest
 import physident as pid
 from physident.diagnosis.findings import Levels, Unseen
 from physident.diagnosis.printing import WIDTH
+from physident.diagnosis.remainder import Remainder
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
 
@@ -51,3 +52,12 @@ def test_a_noise_floor_that_nothing_measured_is_not_passed_over(diagnosis: pid.D
     assert row.strip() == "does not repeat: not known, no motion was made twice"
     (row,) = [row for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0))) if "repeat" in row]
     assert [float(x) for x in row.split("]")[1].split()] == [1, 2, 3, 4, 5, 6]
+
+
+def test_what_lies_within_the_noise_floor_is_not_called_structure(diagnosis: pid.Diagnosis) -> None:
+    slow = Remainder(1, 1.0, 0.9, 2.0, 0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    assert slow.structured
+    within = replace(diagnosis, remainder=(slow,), noise_floor=np.ones(6))
+    assert "not larger than what differs where a motion repeats" in repr(within)
+    assert "is not noise" not in repr(within)
+    assert "is not noise" in repr(replace(within, verdict="unexplained"))

@@ -121,6 +121,8 @@ def _remainder(d: Diagnosis) -> list[str]:
     left = [r for r in d.remainder if r.structured]
     if not left:
         return ["what remains has no more memory than filtered noise"]
+    if d.verdict in ("explained", "nothing_missing"):
+        return ["what remains is not larger than what differs where a motion repeats"]
     rows = ["what remains and is not noise, not named:"]
     return rows + [
         f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.looks}"
