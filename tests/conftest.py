@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import physident as pid
+from tests.opened import record_healthy
 
 ROOT = Path(__file__).resolve().parents[1]
 UR10E_COLUMNS = "time=0,q=1:7,dq=7:13,current=13:19"
@@ -27,3 +28,15 @@ def data() -> Path:
 @pytest.fixture(scope="session")
 def ur5() -> pid.Robot:
     return pid.load_robot("ur5")
+
+
+@pytest.fixture(scope="session")
+def healthy_runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
+    """Four recordings of one healthy arm."""
+    return record_healthy(tmp_path_factory.mktemp("healthy"))
+
+
+@pytest.fixture(scope="session")
+def healthy_estimate(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> pid.Estimate:
+    """The model of the first two."""
+    return pid.identify(ur5, healthy_runs[:2])

@@ -18,7 +18,7 @@ from tests.plant import Arm, Sensors, multisine, record
 SEEDS = (31, 33, 35, 37)
 
 
-def healthy_runs(folder: Path) -> list[pid.Recording]:
+def record_healthy(folder: Path) -> list[pid.Recording]:
     """Four recordings of one healthy arm, made in a folder."""
     for seed in SEEDS:
         record(Arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")

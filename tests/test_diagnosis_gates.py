@@ -18,18 +18,13 @@ from physident.diagnosis.look import Look, look, surrogates
 from physident.diagnosis.row_noise import velocity_noise
 from physident.diagnosis.state import State
 from physident.visibility import VISIBLE
-from tests.opened import healthy_runs, opened
+from tests.opened import opened
 from tests.plant import Arm, Sensors
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
-    return healthy_runs(tmp_path_factory.mktemp("gates"))
-
-
-@pytest.fixture(scope="module")
-def healthy(ur5: pid.Robot, runs: list[pid.Recording]) -> State:
-    return opened(ur5, runs)
+def healthy(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> State:
+    return opened(ur5, healthy_runs)
 
 
 @pytest.fixture(scope="module")
@@ -75,10 +70,10 @@ def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
     assert replace(one, least=one.gain, share=np.ones_like(one.share)).passes(0)
 
 
-def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
-    v = runs[2].dq
+def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
+    v = healthy_runs[2].dq
     assert v is not None
-    driven = opened(ur5, runs[:3], -3 * Arm().friction.coulomb * np.tanh(v / 0.01) * (np.arange(6) == 4))
+    driven = opened(ur5, healthy_runs[:3], -3 * Arm().friction.coulomb * np.tanh(v / 0.01) * (np.arange(6) == 4))
     (coulomb,) = (c for c in driven.evidence.candidates if c.key == ("coulomb_friction", (5,)))
     assert "drive" in str(possible_sign(driven, coulomb))
     assert ("coulomb_friction", (5,)) not in {c.candidate.key for c in search.search(driven.case).accepted}

@@ -12,17 +12,6 @@ import pytest
 import physident as pid
 from physident.diagnosis.printing import WIDTH
 from physident.effects.contact import tool_jacobian
-from tests.opened import healthy_runs
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
-    return healthy_runs(tmp_path_factory.mktemp("odd"))
-
-
-@pytest.fixture(scope="module")
-def estimate(ur5: pid.Robot, runs: list[pid.Recording]) -> pid.Estimate:
-    return pid.identify(ur5, runs[:2])
 
 
 def pushed(run: pid.Recording, robot: pid.Robot) -> pid.Recording:
@@ -34,10 +23,10 @@ def pushed(run: pid.Recording, robot: pid.Robot) -> pid.Recording:
 
 
 def test_pushes_at_the_same_time_of_two_recordings_are_two_findings(
-    estimate: pid.Estimate, runs: list[pid.Recording], tmp_path: Path
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording], tmp_path: Path
 ) -> None:
-    both = [pushed(run, estimate.model.robot) for run in runs[2:]]
-    found = pid.diagnose(estimate, both)
+    both = [pushed(run, healthy_estimate.model.robot) for run in healthy_runs[2:]]
+    found = pid.diagnose(healthy_estimate, both)
     contacts = [f for f in found.findings if f.effect == "contact"]
     assert {f.recording for f in contacts} == {run.sha256 for run in both}
     for f in contacts:
@@ -55,16 +44,18 @@ def test_pushes_at_the_same_time_of_two_recordings_are_two_findings(
     assert json.loads((tmp_path / "diagnosis.json").read_text())["findings"][0]["recording"]
 
 
-def test_of_a_joint_that_never_moves_no_friction_is_told(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+def test_of_a_joint_that_never_moves_no_friction_is_told(
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
     """Its velocity is noise, whose sign and size are columns like any other."""
     rng = np.random.default_rng(0)
     still = []
-    for run in runs[2:]:
+    for run in healthy_runs[2:]:
         assert run.dq is not None
         q, dq = run.q.copy(), run.dq.copy()
         q[:, 0], dq[:, 0] = 0.3 + 1e-5 * rng.standard_normal(len(q)), 1e-4 * rng.standard_normal(len(q))
         still.append(replace(run, q=q, dq=dq))
-    found = pid.diagnose(estimate, still)
+    found = pid.diagnose(healthy_estimate, still)
     accused = {(f.effect, j) for f in found.findings for j in f.joints}
     assert not {name for name, joint in accused if joint == 1 and ("friction" in name or "warm" in name)}
     reasons = {u.reason for u in found.unseen if (u.effect, u.joints) == ("coulomb_friction", (1,))}

@@ -17,25 +17,20 @@ from physident.diagnosis.report import _shapes
 from physident.diagnosis.rivals import examine
 from physident.diagnosis.search import settled
 from physident.diagnosis.state import Accepted, State
-from tests.opened import healthy_runs, opened
+from tests.opened import opened
 from tests.plant import Arm
 
 JOINT = 3
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
-    return healthy_runs(tmp_path_factory.mktemp("rivals"))[:3]
-
-
-@pytest.fixture(scope="module")
-def rubbing(ur5: pid.Robot, runs: list[pid.Recording]) -> State:
+def rubbing(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> State:
     """Dry friction of one joint doubled, viscous friction of it too."""
-    v = runs[2].dq
+    v = healthy_runs[2].dq
     assert v is not None
     friction = Arm().friction
     more = friction.coulomb * np.tanh(v / 0.01) + friction.viscous * v
-    return opened(ur5, runs, more * (np.arange(6) == JOINT - 1))
+    return opened(ur5, healthy_runs[:3], more * (np.arange(6) == JOINT - 1))
 
 
 def candidate(state: State, name: str, joint: int = JOINT) -> Candidate:

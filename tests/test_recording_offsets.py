@@ -8,21 +8,10 @@ import numpy as np
 import pytest
 
 import physident as pid
-from tests.opened import healthy_runs
 from tests.plant import Arm
 
 JOINT = 2
 DRIFT = 2.0  # N m
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
-    return healthy_runs(tmp_path_factory.mktemp("drift"))
-
-
-@pytest.fixture(scope="module")
-def estimate(ur5: pid.Robot, runs: list[pid.Recording]) -> pid.Estimate:
-    return pid.identify(ur5, runs[:2])
 
 
 def drifted(run: pid.Recording) -> pid.Recording:
@@ -34,30 +23,30 @@ def named(diagnosis: pid.Diagnosis) -> set[tuple[str, tuple[int, ...]]]:
 
 
 def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(
-    estimate: pid.Estimate, runs: list[pid.Recording]
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
 ) -> None:
-    asked = [runs[2], drifted(runs[3])]
-    plain = pid.diagnose(estimate, asked)
+    asked = [healthy_runs[2], drifted(healthy_runs[3])]
+    plain = pid.diagnose(healthy_estimate, asked)
     assert plain.verdict in ("unexplained", "partly_explained")
     assert plain.remainder[JOINT - 1].structured
-    allowed = pid.diagnose(estimate, asked, recording_offsets=True)
+    allowed = pid.diagnose(healthy_estimate, asked, recording_offsets=True)
     assert allowed.verdict == "nothing_missing"
     assert np.all(allowed.before.rms < 0.5 * DRIFT)
 
 
-def test_one_recording_cannot_drift(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+def test_one_recording_cannot_drift(healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]) -> None:
     with pytest.raises(pid.InputError, match="recording_offsets came with one recording"):
-        pid.diagnose(estimate, runs[2:3], recording_offsets=True)
+        pid.diagnose(healthy_estimate, healthy_runs[2:3], recording_offsets=True)
 
 
 def test_behind_a_drift_that_is_allowed_for_a_change_is_found(
-    estimate: pid.Estimate, runs: list[pid.Recording]
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
 ) -> None:
     more = 0.5 * Arm().friction.viscous * (np.arange(6) == 4)
     asked = []
-    for run in (runs[2], drifted(runs[3])):
+    for run in (healthy_runs[2], drifted(healthy_runs[3])):
         assert run.dq is not None
         asked.append(replace(run, effort=run.effort + more * run.dq))
-    found = pid.diagnose(estimate, asked, recording_offsets=True)
+    found = pid.diagnose(healthy_estimate, asked, recording_offsets=True)
     assert named(found) == {("viscous_friction", (5,))}
     assert found.findings[0].parameters[0].change == pytest.approx(more[4], rel=0.15)

@@ -1,4 +1,4 @@
-"""What a diagnosis needs of its recordings, asked before the search: hours of work must not end in a refusal."""
+"""What a diagnosis needs of its recordings, asked before the search, which must not end in a refusal."""
 
 from __future__ import annotations
 

@@ -103,8 +103,9 @@ def design_discriminating(
 
     It makes large what neither the model without the two, refitted, nor the rival at any shape can imitate of an
     effect's columns, for both effects alike. A change of a link shows only beside a model that is held, and is judged so.
-    ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate`` has its own. The other arguments are those of ``design_trajectory``. Raises InputError for effects, joints or
-    settings that cannot be used, NotSolvedError where no motion within the limits was found.
+    ``noise`` [N m|N] is the RMS of torque noise after the filter; an ``Estimate`` has its own. The other arguments are those
+    of ``design_trajectory``. Raises InputError for effects, joints or settings that cannot be used, NotSolvedError where no
+    motion within the limits was found.
     """
     arm = source.model if isinstance(source, Estimate) else arm_of(source)
     rivals = rivals_of(arm, effect_a, effect_b, joint)
