@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
+from physident.diagnosis.result.wording import REMAINS, headline
+from physident.validation.comparison import Pair, predict_pair, rms
 from physident.view import style
-from physident.view.pair import Pair, predict_pair, rms
-from physident.view.words import REMAINS, headline
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "residual.png"

@@ -7,21 +7,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from physident.files import VERSION as __version__
 
 _PUBLIC = {
-    "BaseParameters": "base_parameters",
-    "find_base_parameters": "base_parameters",
+    "BaseParameters": "identifiability.base_parameters",
+    "find_base_parameters": "identifiability.base_parameters",
     "Cone": "effects.effect",
     "Column": "effects.effect",
     "Effect": "effects.effect",
     "CATALOGUE": "effects.catalogue",
     "make_effects": "effects.catalogue",
     "diagnose": "diagnosis.diagnose",
-    "diagnose_at_rest": "diagnosis.at_rest",
-    "AtRest": "diagnosis.poses",
-    "Diagnosis": "diagnosis.findings",
-    "Finding": "diagnosis.findings",
+    "diagnose_at_rest": "diagnosis.at_rest.at_rest",
+    "AtRest": "diagnosis.at_rest.poses",
+    "Diagnosis": "diagnosis.result.findings",
+    "Finding": "diagnosis.result.findings",
     "InputError": "errors",
     "NotSolvedError": "errors",
     "PhysidentError": "errors",
@@ -30,16 +30,16 @@ _PUBLIC = {
     "WLS": "estimation.estimators",
     "Robust": "estimation.estimators",
     "Physical": "estimation.estimators",
-    "NoPrior": "estimation.prior",
-    "NominalDistance": "estimation.prior",
-    "Entropic": "estimation.prior",
-    "Bound": "estimation.knowledge",
-    "Box": "estimation.knowledge",
-    "Ellipsoid": "estimation.knowledge",
+    "NoPrior": "estimation.physical.prior",
+    "NominalDistance": "estimation.physical.prior",
+    "Entropic": "estimation.physical.prior",
+    "Bound": "estimation.physical.knowledge",
+    "Box": "estimation.physical.knowledge",
+    "Ellipsoid": "estimation.physical.knowledge",
     "Estimate": "estimation.estimate",
     "load_estimate": "estimation.estimate",
-    "DriveGains": "estimation.drive_gains",
-    "identify_drive_gains": "estimation.drive_gains",
+    "DriveGains": "estimation.drive_gains.drive_gains",
+    "identify_drive_gains": "estimation.drive_gains.drive_gains",
     "identify": "estimation.identify",
     "Design": "excitation.design",
     "design_trajectory": "excitation.design",
@@ -47,82 +47,83 @@ _PUBLIC = {
     "design_discriminating": "excitation.discriminate",
     "Session": "excitation.session",
     "design_session": "excitation.session",
-    "Trajectory": "excitation.trajectory",
-    "load_trajectory": "excitation.trajectory",
-    "random_trajectory": "excitation.trajectory",
+    "Trajectory": "excitation.motion.trajectory",
+    "load_trajectory": "excitation.motion.trajectory",
+    "random_trajectory": "excitation.motion.trajectory",
     "UrdfExport": "export.urdf",
     "export_urdf": "export.urdf",
     "export_python": "export.python",
     "export_parameters": "export.parameters",
-    "Identifiability": "identifiability",
-    "measure_identifiability": "identifiability",
-    "Inspection": "inspection",
-    "inspect_recording": "inspection",
-    "Manipulability": "manipulability",
-    "measure_manipulability": "manipulability",
-    "Model": "model",
-    "Recording": "recording",
-    "load_recording": "recording",
-    "load_recordings": "recording",
+    "Identifiability": "identifiability.identifiability",
+    "measure_identifiability": "identifiability.identifiability",
+    "Inspection": "recordings.inspection",
+    "inspect_recording": "recordings.inspection",
+    "Manipulability": "identifiability.manipulability",
+    "measure_manipulability": "identifiability.manipulability",
+    "Model": "dynamics.model",
+    "Recording": "recordings.recording",
+    "load_recording": "recordings.load",
+    "load_recordings": "recordings.load",
     "write_report": "report.page",
-    "Regressor": "regressor",
-    "build_regressor": "regressor",
-    "Payload": "payload",
-    "identify_payload": "payload",
-    "Robot": "robot",
-    "load_robot": "robot",
+    "Regressor": "dynamics.regressor",
+    "build_regressor": "dynamics.regressor",
+    "Payload": "estimation.payload",
+    "identify_payload": "estimation.payload",
+    "Robot": "robots.robot",
+    "load_robot": "robots.robot",
     "Sensors": "simulation.sensors",
     "simulate": "simulation.simulate",
-    "Filter": "signals",
-    "Signals": "signals",
-    "prepare": "signals",
-    "Gain": "validation",
-    "Score": "validation",
-    "compare": "validation",
-    "validate": "validation",
+    "Filter": "recordings.signals",
+    "Signals": "recordings.signals",
+    "prepare": "recordings.signals",
+    "Gain": "validation.scores",
+    "Score": "validation.scores",
+    "compare": "validation.scores",
+    "validate": "validation.scores",
     "view": "view",
-    "Visibility": "visibility",
-    "measure_visibility": "visibility",
+    "Visibility": "identifiability.visibility",
+    "measure_visibility": "identifiability.visibility",
 }
 __all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
-    from physident.base_parameters import BaseParameters, find_base_parameters
-    from physident.diagnosis.at_rest import diagnose_at_rest
+    from physident.diagnosis.at_rest.at_rest import diagnose_at_rest
+    from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose
-    from physident.diagnosis.findings import Diagnosis, Finding
-    from physident.diagnosis.poses import AtRest
+    from physident.diagnosis.result.findings import Diagnosis, Finding
+    from physident.dynamics.model import Model
+    from physident.dynamics.regressor import Regressor, build_regressor
     from physident.effects.catalogue import CATALOGUE, make_effects
     from physident.effects.effect import Column, Cone, Effect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
-    from physident.estimation.drive_gains import DriveGains, identify_drive_gains
+    from physident.estimation.drive_gains.drive_gains import DriveGains, identify_drive_gains
     from physident.estimation.estimate import Estimate, load_estimate
     from physident.estimation.estimators import OLS, WLS, Physical, Robust
     from physident.estimation.identify import identify
-    from physident.estimation.knowledge import Bound, Box, Ellipsoid
-    from physident.estimation.prior import Entropic, NominalDistance, NoPrior
+    from physident.estimation.payload import Payload, identify_payload
+    from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+    from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
     from physident.excitation.design import Design, design_trajectory
     from physident.excitation.discriminate import Discrimination, design_discriminating
+    from physident.excitation.motion.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.excitation.session import Session, design_session
-    from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
-    from physident.identifiability import Identifiability, measure_identifiability
-    from physident.inspection import Inspection, inspect_recording
-    from physident.manipulability import Manipulability, measure_manipulability
-    from physident.model import Model
-    from physident.payload import Payload, identify_payload
-    from physident.recording import Recording, load_recording, load_recordings
-    from physident.regressor import Regressor, build_regressor
+    from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
+    from physident.identifiability.identifiability import Identifiability, measure_identifiability
+    from physident.identifiability.manipulability import Manipulability, measure_manipulability
+    from physident.identifiability.visibility import Visibility, measure_visibility
+    from physident.recordings.inspection import Inspection, inspect_recording
+    from physident.recordings.load import load_recording, load_recordings
+    from physident.recordings.recording import Recording
+    from physident.recordings.signals import Filter, Signals, prepare
     from physident.report.page import write_report
-    from physident.robot import Robot, load_robot
-    from physident.signals import Filter, Signals, prepare
+    from physident.robots.robot import Robot, load_robot
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
-    from physident.validation import Gain, Score, compare, validate
-    from physident.view.session import view
-    from physident.visibility import Visibility, measure_visibility
+    from physident.validation.scores import Gain, Score, compare, validate
+    from physident.view.session.session import view
 
 
 def __getattr__(name: str) -> Any:

@@ -12,6 +12,8 @@ from typing import Any
 
 from physident.errors import InputError
 
+VERSION = "0.1.0"  # of this program, written into every file it makes
+
 
 def read_text(path: str | Path, limit: int, expected: str) -> str:
     """The text of a UTF-8 file of at most ``limit`` bytes; raises InputError, saying what was ``expected``."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 import physident as pid
-from physident.simulation import Sensors, simulate
+from physident.simulation.sensors import Sensors
+from physident.simulation.simulate import simulate
 
 EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction")
 VISCOUS = (9.0, 9.0, 6.0, 2.5, 2.0, 1.5)  # N m s/rad

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.diagnosis.case import Case
-from physident.diagnosis.question import ask
-from physident.diagnosis.search import settled
-from physident.diagnosis.state import State
+from physident.diagnosis.problem.problem import Case
+from physident.diagnosis.problem.question import ask
+from physident.diagnosis.search.forward_search import settled
+from physident.diagnosis.search.hypothesis import State
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Sensors, multisine, record
 

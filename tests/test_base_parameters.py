@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.base_parameters import random_motion, select_base
-from physident.dh import urdf_from_table
+from physident.identifiability.base_parameters import random_motion, select_base
+from physident.robots.dh import urdf_from_table
 from tests.robots import TREE
 
 

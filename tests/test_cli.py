@@ -69,7 +69,7 @@ def test_help_and_base_parameters(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_demo_names_what_it_hid_and_reveals_it(tmp_path: Path) -> None:
-    from physident.demo import run_demo
+    from physident.demo.run import run_demo
 
     demo = run_demo(tmp_path, seed=3)
     assert demo.named

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physident import InputError
-from physident.columns import Columns
+from physident.recordings.columns import Columns
 
 
 @given(st.integers(1, 9), st.booleans(), st.booleans(), st.sampled_from(["tau", "current"]), st.randoms())

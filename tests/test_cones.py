@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.estimation.cones import physical_cones
+from physident.estimation.physical.cones import physical_cones
 from tests.test_identify import _recording
 
 

@@ -7,10 +7,10 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.excitation.criterion import CRITERIA, Condition, make_criterion
-from physident.excitation.limits import JointLimits, spread
-from physident.excitation.problem import Problem
-from physident.excitation.series import Series
+from physident.excitation.criterion.criterion import CRITERIA, Condition, make_criterion
+from physident.excitation.limits.joint_limits import JointLimits, spread
+from physident.excitation.motion.series import Series
+from physident.excitation.search.problem import Problem
 from physident.excitation.task import task_of
 
 EVERYTHING = (

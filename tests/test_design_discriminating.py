@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.excitation.criterion.rivals import rivals_of, task_of_rivals
 from physident.excitation.discriminate import EVIDENCE, least_magnitudes
-from physident.excitation.rivals import rivals_of, task_of_rivals
-from physident.excitation.series import Series
+from physident.excitation.motion.series import Series
 from physident.excitation.session import slowed
 from physident.excitation.task import task_of
 from tests.robots import TREE

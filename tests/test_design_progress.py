@@ -11,13 +11,13 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.excitation.criterion import Condition
-from physident.excitation.genetic import evolve
-from physident.excitation.limits import JointLimits
-from physident.excitation.nlp import Rows, minimise
-from physident.excitation.problem import Found, Stage
-from physident.excitation.search import _finish
-from physident.excitation.series import Series
+from physident.excitation.criterion.criterion import Condition
+from physident.excitation.limits.joint_limits import JointLimits
+from physident.excitation.motion.series import Series
+from physident.excitation.search.genetic import evolve
+from physident.excitation.search.nlp import Rows, minimise
+from physident.excitation.search.problem import Found, Stage
+from physident.excitation.search.search import _finish
 from physident.excitation.task import CHECKED, task_of
 
 GENERATIONS = 4

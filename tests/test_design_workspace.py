@@ -11,10 +11,10 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.excitation.capsules import bounding_capsule, capsules_of, collision_shapes, nearest
-from physident.excitation.series import Series
-from physident.excitation.walls import HELD_APART, LENGTH, Walls
-from physident.excitation.workspace import Workspace
+from physident.excitation.limits.capsules import bounding_capsule, capsules_of, collision_shapes, nearest
+from physident.excitation.limits.walls import HELD_APART, LENGTH, Walls
+from physident.excitation.limits.workspace import Workspace
+from physident.excitation.motion.series import Series
 
 coal: Any = import_module("coal")  # comes with Pinocchio; it ships no types
 

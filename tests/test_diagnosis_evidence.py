@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from physident.diagnosis.candidates import Candidate, Option
-from physident.diagnosis.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds
-from physident.diagnosis.gains import gains, shares
-from physident.diagnosis.left_out import Folded, block_costs
+from physident.diagnosis.problem.candidates import Candidate, Option
+from physident.diagnosis.problem.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds
+from physident.diagnosis.statistics.left_out_gains import gains, shares
+from physident.diagnosis.statistics.left_out_residuals import Folded, block_costs
+from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.effect import Column
-from physident.regressor import JointRows, Regressor
 
 M, N = 240, 2
 OPTIONS = (

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis import gates, search
-from physident.diagnosis.contact import scan
-from physident.diagnosis.evidence import OUTSIDE
-from physident.diagnosis.gains import gains
-from physident.diagnosis.gates import choose, possible_sign, touched
-from physident.diagnosis.left_out import reduced
-from physident.diagnosis.look import Look, look, surrogates
-from physident.diagnosis.row_noise import velocity_noise
-from physident.diagnosis.state import State
-from physident.visibility import VISIBLE
+from physident.diagnosis.problem.evidence import OUTSIDE
+from physident.diagnosis.problem.row_noise import velocity_noise
+from physident.diagnosis.search import acceptance as gates
+from physident.diagnosis.search import forward_search as search
+from physident.diagnosis.search.acceptance import choose, possible_sign, touched
+from physident.diagnosis.search.candidate_scores import Look, look, surrogates
+from physident.diagnosis.search.contact import scan
+from physident.diagnosis.search.hypothesis import State
+from physident.diagnosis.statistics.left_out_gains import gains
+from physident.diagnosis.statistics.left_out_residuals import reduced
+from physident.identifiability.visibility import VISIBLE
 from tests.opened import opened
 from tests.plant import Arm, Sensors
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.printing import WIDTH
+from physident.diagnosis.result.text import WIDTH
 from physident.effects.contact import tool_jacobian
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.findings import Levels, Unseen
-from physident.diagnosis.printing import WIDTH
-from physident.diagnosis.remainder import Remainder
+from physident.diagnosis.result.findings import Levels, Unseen
+from physident.diagnosis.result.text import WIDTH
+from physident.diagnosis.result.unexplained import Remainder
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
 

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis import gates, search
-from physident.diagnosis.candidates import Candidate
-from physident.diagnosis.gates import choose
-from physident.diagnosis.intervals import certainty
-from physident.diagnosis.look import look
-from physident.diagnosis.report import _shapes
-from physident.diagnosis.rivals import examine
-from physident.diagnosis.search import settled
-from physident.diagnosis.state import Accepted, State
+from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.result.assemble import _shapes
+from physident.diagnosis.search import acceptance as gates
+from physident.diagnosis.search import forward_search as search
+from physident.diagnosis.search.acceptance import choose
+from physident.diagnosis.search.candidate_scores import look
+from physident.diagnosis.search.forward_search import settled
+from physident.diagnosis.search.hypothesis import Accepted, State
+from physident.diagnosis.search.rivals import examine
+from physident.diagnosis.statistics.intervals import certainty
 from tests.opened import opened
 from tests.plant import Arm
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physident.diagnosis.surrogates import randomised
+from physident.diagnosis.statistics.surrogates import randomised
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.inertia import pseudo_inertia
-from physident.simulation import Sensors
+from physident.robots.inertia import pseudo_inertia
+from physident.simulation.sensors import Sensors
 from tests.conftest import UR10E_COLUMNS
 from tests.loads import EFFECTS, SENSORS, arm, body, record
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.base_parameters import random_motion
 from physident.effects.catalogue import effect_from_dict
-from physident.estimation.cones import physical_cones
+from physident.estimation.physical.cones import physical_cones
+from physident.identifiability.base_parameters import random_motion
 
 EFFECTS = sorted(pid.CATALOGUE)
 WHOLE_ARM = ("rigid_body", "payload", "gravity_tilt", "time_delay", "contact")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.estimation.estimators import (
     OLS,
@@ -21,11 +22,10 @@ from physident.estimation.estimators import (
     estimator_from_options,
 )
 from physident.estimation.identify import estimate_from
-from physident.estimation.knowledge import Bound, Box, Ellipsoid
-from physident.estimation.prior import Entropic, NominalDistance, NoPrior
-from physident.model import Model
-from physident.regressor import Regressor, build_regressor
-from physident.signals import Filter, Signals
+from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.signals import Filter, Signals
 
 FILTER = Filter(5.0)
 FRICTION = np.array([1.2, 1.2, 0.9, 0.2, 0.2, 0.2, 9, 9, 6, 2.5, 2, 1.5, 7.7, 8.3, 7.8, 1.4, 2, 2.1, 0, 0, 0, 0, 0, 0])

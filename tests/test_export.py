@@ -13,8 +13,6 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident import urdf as reader
-from physident.base_parameters import random_motion
 from physident.cli import run
 from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
 from physident.effects.hysteresis import PreslidingHysteresis
@@ -25,7 +23,9 @@ from physident.export.parameters import parameters_of
 from physident.export.python import python_of
 from physident.export.urdf import urdf_of
 from physident.export.urdf_edit import parse_elements
-from physident.inertia import link_parameters
+from physident.identifiability.base_parameters import random_motion
+from physident.robots import urdf as reader
+from physident.robots.inertia import link_parameters
 from tests.robots import TREE
 
 LUMPED = """<?xml version="1.0" encoding="utf-8"?>

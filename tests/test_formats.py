@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.formats import read_table
-from physident.formats.csv import write_csv
-from physident.formats.table import Table
+from physident.recordings.formats.csv import write_csv
+from physident.recordings.formats.read import read_table
+from physident.recordings.formats.table import Table
 
 NAMES = ("time", *(f"{kind}_{j}" for kind in ("q", "dq", "tau") for j in (1, 2)))
 
@@ -81,7 +81,7 @@ def test_rows_keep_their_numbers_across_blocks(tmp_path: Path, values: np.ndarra
     (tmp_path / "r.csv").write_text("\n".join(lines))
     whole = pid.load_recording(tmp_path / "r.csv")
     for block in (200, 997, 5000):
-        monkeypatch.setattr("physident.formats.csv.BLOCK", block)
+        monkeypatch.setattr("physident.recordings.formats.csv.BLOCK", block)
         parts = pid.load_recording(tmp_path / "r.csv")
         assert parts.rejected == whole.rejected
         assert parts.sha256 == whole.sha256

@@ -12,7 +12,7 @@ import physident as pid
 from physident.effects.drive import RotorInertia
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
-from physident.recording import recording_from_rows
+from physident.recordings.rows import recording_from_rows
 from tests.conftest import UR5_GAINS
 from tests.robots import TREE
 

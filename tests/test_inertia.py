@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from physident.inertia import inertia_tensor, link_parameters, nearest_physical, pseudo_inertia, violations
+from physident.robots.inertia import inertia_tensor, link_parameters, nearest_physical, pseudo_inertia, violations
 
 numbers = hnp.arrays(float, 10, elements=st.floats(-10, 10))
 clouds = st.integers(0, 10_000).map(np.random.default_rng)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import physident as pid
-from physident.recording import recording_from_rows
+from physident.recordings.rows import recording_from_rows
 from tests.test_identify import _recording
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import physident.excitation.design
 from physident.cli import run
-from physident.excitation.nlp import Rows, minimise
+from physident.excitation.search.nlp import Rows, minimise
 
 
 def test_a_solver_is_stopped_at_once_and_the_interrupt_arrives() -> None:

@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.inverse_dynamics import gravity_torque, inverse_dynamics, torque_changes
-from physident.rigid_body_regressor import torque_regressor
+from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics, torque_changes
+from physident.dynamics.rigid_body_regressor import torque_regressor
 from tests.robots import TREE
 
 JOINT = """<joint name="joint_{i}" type="{kind}"><parent link="body_{parent}"/><child link="body_{i}"/>

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 import physident as pid
-from physident.base_parameters import random_motion
+from physident.identifiability.base_parameters import random_motion
 from tests.test_effects import motion, ready
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.diagnosis.noise_floor import noise_floor
-from physident.effects import DEFAULT_EFFECTS
+from physident.diagnosis.statistics.noise_floor import noise_floor
+from physident.dynamics.regressor import build_regressor
+from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_all
-from physident.regressor import build_regressor
 from tests.plant import Arm, Sensors, multisine, record
 from tests.plant.motions import Motion
 

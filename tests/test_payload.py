@@ -11,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.inertia import pseudo_inertia
+from physident.robots.inertia import pseudo_inertia
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 from tests.loads import EFFECTS, arm, body, record
 

@@ -10,23 +10,23 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Column
 from physident.effects.friction import NonlinearViscousFriction
 from physident.errors import NotSolvedError, PhysidentWarning
-from physident.estimation.certificate import Multipliers, check_optimality
-from physident.estimation.cones import Cones, physical_cones
-from physident.estimation.coordinates import SQUARES, TRACES, UNITS, Coordinates
 from physident.estimation.estimators import OLS, WLS, Physical
 from physident.estimation.identify import estimate_from
-from physident.estimation.knowledge import Bound, Box, Ellipsoid, shape_rows
-from physident.estimation.physical import Program
-from physident.estimation.prior import Entropic, NominalDistance, NoPrior, Prior, solid_link
+from physident.estimation.physical.certificate import Multipliers, check_optimality
+from physident.estimation.physical.cones import Cones, physical_cones
+from physident.estimation.physical.coordinates import SQUARES, TRACES, UNITS, Coordinates
+from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid, shape_rows
+from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior, Prior, solid_link
+from physident.estimation.physical.program import Program
 from physident.estimation.weighting import Compressed
-from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS, link_parameters, pseudo_inertia
-from physident.model import Model
-from physident.regressor import Regressor, build_regressor
-from physident.signals import Filter, Signals
+from physident.recordings.signals import Filter, Signals
+from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, link_parameters, pseudo_inertia
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 
 FILTER = Filter(5.0)

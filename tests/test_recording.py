@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import physident as pid
-from physident.recording import MAX_SPEED, recording_from_rows
+from physident.recordings.rows import MAX_SPEED, recording_from_rows
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 
 seeds = st.integers(0, 10_000)
@@ -67,7 +67,7 @@ def test_bursts_between_impossible_steps_are_named(seed: int) -> None:
 @settings(max_examples=60, deadline=None)
 def test_the_clock_is_mended_by_taking_out_the_fewest_rows(steps: list[int]) -> None:
     """Against all subsets: no larger set of rows has an increasing clock."""
-    from physident.recording import _not_increasing
+    from physident.recordings.rows import _not_increasing
 
     time = np.array(steps, dtype=float)
     out = _not_increasing(time)

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 import physident as pid
-from physident.effects import DEFAULT_EFFECTS
+from physident.effects.catalogue import DEFAULT_EFFECTS
 
 RATE = 125.0
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import physident as pid
+from physident.diagnosis.result.typed import typed
+from physident.diagnosis.result.wording import headline, in_words, listed, numbered
 from physident.report.chart import COLUMNS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
-from physident.report.typed import typed
-from physident.view.words import headline, in_words, listed, numbered
 from tests.page import Element, read_page
 
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.rigid_body_regressor import torque_entries, torque_expression, torque_pattern, torque_regressor
+from physident.dynamics.rigid_body_regressor import torque_entries, torque_expression, torque_pattern, torque_regressor
 from tests.robots import TREE, urdf_of
 
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.dh import urdf_from_table
-from physident.dh_table import parse_table
+from physident.robots.dh import urdf_from_table
+from physident.robots.dh_table import parse_table
 from tests.robots import TREE
 
 # thesis Tables 2.2-2.6, typed from the print; inertias as diagonals and (1, 3) entries

@@ -13,7 +13,9 @@ import physident as pid
 from physident.effects.drive import RotorInertia
 from physident.effects.friction import ViscousFriction
 from physident.effects.rigid_body import RigidBody
-from physident.simulation import Sensors, Simulation, Warming, integrate, load_sensors, simulate
+from physident.simulation.integrate import integrate
+from physident.simulation.sensors import Sensors, Warming, load_sensors
+from physident.simulation.simulate import Simulation, simulate
 
 GAINS = np.array([0.125, 0.125, 0.125, 0.0922, 0.0922, 0.0922]) * 101  # K_T G of the UR5 [N m/A]
 

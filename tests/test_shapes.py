@@ -10,8 +10,8 @@ import pytest
 
 import physident as pid
 from physident.estimation.shapes import refreshed
-from physident.projection import Baseline
-from physident.recording import recording_from_rows
+from physident.identifiability.projection import Baseline
+from physident.recordings.rows import recording_from_rows
 from tests.test_identify import COULOMB, VISCOUS, _recording
 
 RATE = 125.0

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 import physident as pid
-from physident.recording import recording_from_rows
+from physident.recordings.rows import recording_from_rows
 
 
 def _recording(time: np.ndarray, with_dq: bool) -> pid.Recording:

@@ -14,8 +14,11 @@ from physident.cli import run
 from physident.effects.drive import RotorInertia, TorqueOffset
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
-from physident.excitation import PointToPoint
-from physident.simulation import PD, ComputedTorque, Released, Sensors, Simulation, integrate, simulate, simulate_many
+from physident.excitation.motion.point_to_point import PointToPoint
+from physident.simulation.controllers import PD, ComputedTorque, Released
+from physident.simulation.integrate import integrate
+from physident.simulation.sensors import Sensors
+from physident.simulation.simulate import Simulation, simulate, simulate_many
 from tests.robots import TREE
 
 ROTOR = np.array([0.9, 0.8, 0.6, 0.2, 0.2, 0.2])  # kg m^2

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.excitation import Motion, PointToPoint
+from physident.excitation.motion.motion import Motion
+from physident.excitation.motion.point_to_point import PointToPoint
 from tests.robots import TREE
 
 STEP = 1e-5  # s

@@ -11,7 +11,8 @@ import pytest
 from scipy.signal import lfilter
 
 import physident as pid
-from physident.base_parameters import BaseParameters
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Column
 from physident.errors import PhysidentWarning
 from physident.estimation.estimators import Physical
@@ -19,9 +20,8 @@ from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
 from physident.estimation.uncertainty import block_labels, correlation_rows, jackknife, t_quantile
 from physident.estimation.weighting import weight_rows
-from physident.model import Model
-from physident.regressor import JointRows, Regressor, build_regressor
-from physident.signals import Filter, Signals
+from physident.identifiability.base_parameters import BaseParameters
+from physident.recordings.signals import Filter, Signals
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 
 ROWS, COLUMNS = 600, 4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.recording import recording_from_rows
+from physident.recordings.rows import recording_from_rows
 from tests.test_identify import _recording
 
 

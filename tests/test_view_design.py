@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 import physident as pid
 from physident.view.plan import plan_of
-from physident.view.session_chart import HEIGHT, WIDTH
+from physident.view.session.chart import HEIGHT, WIDTH
 from tests.test_view_session import curve, read
 
 RATE = 50.0  # Hz of the curves

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.findings import Finding, Levels, Reduction, Rival, Unseen, Value
+from physident.diagnosis.result.findings import Finding, Levels, Reduction, Rival, Unseen, Value
+from physident.diagnosis.result.saved import Contents
 from physident.effects.contact import Contact
-from physident.report.contents import Contents
 from physident.view.plan import plan_of, plan_words
-from physident.view.session_content import compose
-from physident.view.session_text import findings
+from physident.view.session.content import compose
+from physident.view.session.text import findings
 
 LEVELS = Levels(np.ones(6), np.full(6, 10.0))
 VALUE = Value("load_dependent_friction", 2, 0.0814, 0.0814, 0.004, (0.0731, 0.0897), "1")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physident.view.session_range import DENSE, ROOM, marked
+from physident.view.session.range import DENSE, ROOM, marked
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -12,12 +12,12 @@ from rerun.chunk import RrdReader
 
 import physident as pid
 from physident.effects.contact import Contact
-from physident.validation import predictions
+from physident.validation.scores import predictions
 from physident.view import style
-from physident.view.session_bands import contact_intervals
-from physident.view.session_content import Content
-from physident.view.session_data import gather, moving_rms
-from physident.view.session_log import rgb
+from physident.view.session.bands import contact_intervals
+from physident.view.session.content import Content
+from physident.view.session.data import gather, moving_rms
+from physident.view.session.log import rgb
 
 FAULT = (6.0, 8.0)  # s of the second recording, in which joint 2 needs 40 N m more
 NAMES = ("default", "simple")
@@ -189,7 +189,7 @@ def test_the_moving_rms_is_that_of_its_window() -> None:
 def test_a_session_that_fails_leaves_what_was_there(
     tmp_path: Path, ur5: pid.Robot, recordings: list[pid.Recording]
 ) -> None:
-    from physident.view.session import write_session
+    from physident.view.session.session import write_session
 
     path = tmp_path / "session.rrd"
     path.write_text("kept")

@@ -17,21 +17,21 @@ from physident.errors import PhysidentError, PhysidentWarning
 
 # typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
 CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
-VERBS = (
-    "demo",
-    "inspect",
-    "identify",
-    "validate",
-    "compare",
-    "diagnose",
-    "report",
-    "view",
-    "base_parameters",
-    "export",
-    "payload",
-    "drive_gains",
-    "simulate",
-    "design",
+VERBS = (  # in the order of --help
+    "recordings.demo",
+    "recordings.inspect",
+    "models.identify",
+    "models.validate",
+    "models.compare",
+    "diagnosis.diagnose",
+    "diagnosis.report",
+    "diagnosis.view",
+    "models.base_parameters",
+    "models.export",
+    "models.payload",
+    "models.drive_gains",
+    "recordings.simulate",
+    "recordings.design",
 )
 INTERRUPTED = 130  # the exit code of Ctrl-C
 MAX_LINE = 800  # characters of a message

@@ -15,7 +15,7 @@ from physident.cli.options import parse_numbers
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
-    from physident.recording import Recording
+    from physident.recordings.recording import Recording
 
 app = typer.Typer(
     name="physident",
@@ -30,8 +30,8 @@ T = TypeVar("T")
 
 def read_recordings(paths: list[str], columns: str | None, gains: str | None, quiet: bool = False) -> list[Recording]:
     """Recordings of the given paths and patterns, with a progress bar; unless quiet, says what was left out of each."""
-    from physident.columns import Columns
-    from physident.recording import find_recordings, load_recording
+    from physident.recordings.columns import Columns
+    from physident.recordings.load import find_recordings, load_recording
 
     layout = Columns.parse(columns) if columns is not None else None
     numbers = parse_numbers(gains, "--drive-gains") if gains is not None else None

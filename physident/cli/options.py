@@ -13,8 +13,8 @@ import typer
 from physident.errors import InputError
 
 if TYPE_CHECKING:
-    from physident.robot import Robot
-    from physident.signals import Filter
+    from physident.recordings.signals import Filter
+    from physident.robots.robot import Robot
 
 Recordings = Annotated[
     list[str], typer.Argument(metavar="REC...", help="Recordings: .csv, .csv.gz, .npz, or patterns.")
@@ -32,7 +32,7 @@ GainsOption = Annotated[
 
 def _checked_cutoff(cutoff: float | None) -> float | None:
     if cutoff is not None:
-        from physident.signals import Filter
+        from physident.recordings.signals import Filter
 
         Filter(cutoff)
     return cutoff
@@ -51,7 +51,7 @@ IncludeFittedOption = Annotated[
 
 def robot_of(option: str | None) -> Robot:
     """The robot of --robot; raises InputError where none was given."""
-    from physident.robot import load_robot
+    from physident.robots.robot import load_robot
 
     if option is None:
         raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
@@ -60,7 +60,7 @@ def robot_of(option: str | None) -> Robot:
 
 def filter_of(cutoff: float | None) -> Filter:
     """The filter with the cutoff of --cutoff [Hz], the usual one without it."""
-    from physident.signals import Filter
+    from physident.recordings.signals import Filter
 
     return Filter() if cutoff is None else Filter(cutoff)
 
@@ -72,7 +72,7 @@ def names_of(text: str) -> list[str]:
 
 def effects_of(option: str | None) -> Sequence[str]:
     """The effects of --effects, the default ones without it."""
-    from physident.effects import DEFAULT_EFFECTS
+    from physident.effects.catalogue import DEFAULT_EFFECTS
 
     return DEFAULT_EFFECTS if option is None else names_of(option)
 

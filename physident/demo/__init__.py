@@ -1,5 +1,4 @@
-"""The demo: a generated arm that has changed, its diagnosis, and then the truth."""
+"""The demo: a generated arm in which one effect was changed, its diagnosis, and then the truth.
 
-from physident.demo.run import Demo, run_demo
-
-__all__ = ["Demo", "run_demo"]
+``arms`` draws the change, ``run`` plays the demo. Start with ``run``.
+"""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
-from physident.model import Model
-from physident.robot import Robot
+from physident.robots.robot import Robot
 
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])  # N m
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])  # N m s/rad

@@ -9,14 +9,16 @@ import numpy as np
 
 from physident.demo.arms import Truth, healthy_arm, hide
 from physident.diagnosis.diagnose import diagnose
-from physident.diagnosis.findings import Diagnosis
+from physident.diagnosis.result.findings import Diagnosis
+from physident.dynamics.model import Model
 from physident.estimation.identify import identify
-from physident.excitation.trajectory import random_trajectory
-from physident.formats.csv import write_csv
-from physident.model import Model
-from physident.recording import Recording, load_recordings
-from physident.robot import load_robot
-from physident.simulation import Sensors, Simulation
+from physident.excitation.motion.trajectory import random_trajectory
+from physident.recordings.formats.csv import write_csv
+from physident.recordings.load import load_recordings
+from physident.recordings.recording import Recording
+from physident.robots.robot import load_robot
+from physident.simulation.sensors import Sensors
+from physident.simulation.simulate import Simulation
 
 SENSORS = Sensors(
     encoder_step=2 * np.pi / 2**17, velocity_noise=2e-3, torque_noise=(1.5, 2.0, 1.2, 0.3, 0.3, 0.25)
@@ -65,8 +67,8 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
 
     Writes recordings, models, diagnosis, report and rerun session into ``folder``.
     """
-    from physident.report import write_report
-    from physident.view.session import view
+    from physident.report.page import write_report
+    from physident.view.session.session import view
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -8,28 +8,28 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.admission import check_holdout, refuse_seen
-from physident.diagnosis.case import Case
-from physident.diagnosis.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
-from physident.diagnosis.intervals import certainty
-from physident.diagnosis.look import Look
-from physident.diagnosis.noise_floor import AT_FLOOR, noise_floor
-from physident.diagnosis.question import ask
-from physident.diagnosis.refit import as_estimate, refit
-from physident.diagnosis.remainder import Remainder, describe, incomplete
-from physident.diagnosis.report import findings
-from physident.diagnosis.rivals import examine
-from physident.diagnosis.search import Search, search, settled
-from physident.diagnosis.shape import refined
-from physident.diagnosis.state import State
+from physident.diagnosis.problem.problem import Case
+from physident.diagnosis.problem.question import ask
+from physident.diagnosis.problem.requirements import check_holdout, refuse_seen
+from physident.diagnosis.result.assemble import findings
+from physident.diagnosis.result.extended_estimate import as_estimate, refit
+from physident.diagnosis.result.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
+from physident.diagnosis.result.unexplained import Remainder, describe, incomplete
+from physident.diagnosis.search.candidate_scores import Look
+from physident.diagnosis.search.forward_search import Search, search, settled
+from physident.diagnosis.search.hypothesis import State
+from physident.diagnosis.search.rivals import examine
+from physident.diagnosis.search.shape_refinement import refined
+from physident.diagnosis.statistics.intervals import certainty
+from physident.diagnosis.statistics.noise_floor import AT_FLOOR, noise_floor
+from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
-from physident.model import Model
-from physident.recording import Recording
-from physident.signals import Filter
-from physident.validation import compare, validate, with_gains
-from physident.visibility import VISIBLE
+from physident.identifiability.visibility import VISIBLE
+from physident.recordings.recording import Recording
+from physident.recordings.signals import Filter
+from physident.validation.scores import compare, validate, with_gains
 
 Array = NDArray[np.float64]
 SILENT = 1e-9  # N m a unit: rounding

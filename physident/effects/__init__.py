@@ -1,6 +1,5 @@
-"""The physical effects a model is made of, one family a file."""
+"""Effects: the physics a model is made of, one family a file.
 
-from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects
-from physident.effects.effect import Column, Cone, Effect
-
-__all__ = ["CATALOGUE", "DEFAULT_EFFECTS", "Column", "Cone", "Effect", "make_effects"]
+Every effect is a subclass of ``effect.Effect`` and one line in ``catalogue``; everything else in the package learns of it
+from there. Start with ``effect``, then read ``friction`` as an example.
+"""

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from physident.effects.effect import AddedInertia, Array, Cone, Effect, nonnegative
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 

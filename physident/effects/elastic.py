@@ -8,10 +8,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
 from physident.effects.effect import Array, Cone, Effect, nonnegative
-from physident.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.robot import Robot
-from physident.signals import Signals, derivative
+from physident.recordings.signals import Signals, derivative
+from physident.robots.robot import Robot
 
 PASSBAND = 1.5  # times the cutoff of the common filter
 

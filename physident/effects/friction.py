@@ -13,8 +13,8 @@ import numpy as np
 
 from physident.effects.effect import Array, Cone, Effect, Shape, nonnegative
 from physident.errors import InputError
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 SMOOTHING = 0.01  # rad/s: of the size of a velocity's noise
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Array, Effect, Shape
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 SETTLING_TRAVEL = 3.0  # times the presliding distance: exp(-3) = 5 % of what was before is left
 

@@ -8,11 +8,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.inverse_dynamics import gravity_torque, torque_changes
 from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
-from physident.inverse_dynamics import gravity_torque, torque_changes
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 
 @dataclass(frozen=True)

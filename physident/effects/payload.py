@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.rigid_body_regressor import torque_entries, torque_pattern
 from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
-from physident.inertia import PARAMETER_NAMES, PARAMETER_UNITS
-from physident.rigid_body_regressor import torque_entries, torque_pattern
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS
+from physident.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Array, Column, Effect
 from physident.errors import InputError
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 
 @dataclass(frozen=True)

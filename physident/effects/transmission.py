@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from physident.effects.effect import Array, Column, Cone, Effect, nonnegative
 from physident.effects.friction import smooth_sign
 from physident.errors import InputError
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 
 @dataclass(frozen=True)

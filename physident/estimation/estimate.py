@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, find_base_parameters
-from physident.columns import Columns
+from physident.dynamics.model import Model
 from physident.errors import InputError
-from physident.estimation.certificate import Certificate
-from physident.estimation.cones import physical_cones
+from physident.estimation.estimate_file import check_entries
 from physident.estimation.estimators import Estimator, Physical, estimator_as_dict, estimator_from_dict
-from physident.estimation.file_checks import check_entries
+from physident.estimation.physical.certificate import Certificate
+from physident.estimation.physical.cones import physical_cones
 from physident.estimation.shape_errors import FoundShape
 from physident.estimation.uncertainty import t_quantile
 from physident.files import naming, read_json, write_json
-from physident.model import Model
-from physident.recording import check_gains
-from physident.signals import Filter
+from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
+from physident.recordings.columns import Columns
+from physident.recordings.recording import check_gains
+from physident.recordings.signals import Filter
 
 Array = NDArray[np.float64]
 SCHEMA = "physident.model/1"
@@ -147,7 +147,7 @@ class Estimate:
         }
 
     def __repr__(self) -> str:
-        from physident.estimation.printing import estimate_text
+        from physident.estimation.estimate_text import estimate_text
 
         return estimate_text(self)
 

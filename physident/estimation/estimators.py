@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Literal, cast
 
 from physident.errors import InputError
-from physident.estimation.knowledge import Bound, Box, Ellipsoid
-from physident.estimation.prior import Entropic, Prior, make_prior, prior_from_dict
+from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.physical.prior import Entropic, Prior, make_prior, prior_from_dict
 
 HUBER = 1.345  # standard deviations: 95 % efficient for Gaussian noise, Huber "Robust Statistics" (1981), sec. 4.5
 

@@ -8,25 +8,25 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.certificate import Certificate
-from physident.estimation.cones import physical_cones
 from physident.estimation.estimate import Estimate, Source
 from physident.estimation.estimators import WLS, Estimator, Physical, Robust, make_estimator
 from physident.estimation.least_squares import least_squares
 from physident.estimation.nearest import nearest_to
+from physident.estimation.physical.certificate import Certificate
+from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
 from physident.estimation.shape_errors import Slopes, shape_slopes
 from physident.estimation.shapes import settle
-from physident.model import Model
-from physident.recording import Recording
-from physident.recording_checks import check_effort, refuse_twice
-from physident.regressor import Regressor
-from physident.robot import Robot
-from physident.signals import MOVING_SPEED, Filter, Signals, prepare
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.checks import check_effort, refuse_twice
+from physident.recordings.recording import Recording
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals, prepare
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ def estimate_from(
     nominal = Model.nominal(robot, effects).theta
     sources = tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings))
     if isinstance(estimator, Physical):
-        from physident.estimation.consistent import solve_physical  # cvxpy takes a second to import
+        from physident.estimation.physical.consistent import solve_physical  # cvxpy takes a second to import
 
         found = solve_physical(regressor, base, robot, effects, nominal, estimator)
         return Estimate(

@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
+from physident.dynamics.regressor import Regressor
 from physident.errors import NotSolvedError
 from physident.estimation.uncertainty import RANK_TOLERANCE, correlation_rows, jackknife
 from physident.estimation.weighting import compress, expand, joint_sigma, noise_floor, weight_rows, whiten
-from physident.regressor import Regressor
+from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
 MAX_ITERATIONS = 50

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
+from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
 

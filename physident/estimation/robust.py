@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
+from physident.dynamics.regressor import Regressor
 from physident.errors import NotSolvedError
 from physident.estimation.least_squares import Solution, finish, least_squares, solve_step
 from physident.estimation.weighting import expand, noise_floor, weight_rows
-from physident.regressor import Regressor
+from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
 MAX_ITERATIONS = 200

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
+from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Column, Effect
-from physident.regressor import JointRows, Regressor, build_regressor
-from physident.robot import Robot
-from physident.signals import Filter, Signals
+from physident.identifiability.base_parameters import BaseParameters
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 STEP = 0.02  # relative: of the central difference in a shape, which is known to percents

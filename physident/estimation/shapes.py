@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.effect import Effect, Shape
 from physident.estimation.least_squares import solve_step
 from physident.estimation.nearest import nearest_to
-from physident.model import Model
-from physident.projection import Baseline
-from physident.regressor import Regressor, build_regressor
-from physident.robot import Robot
-from physident.signals import Filter, Signals
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.identifiability.projection import Baseline
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SWEEPS = 5

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
+from physident.dynamics.regressor import Regressor
 from physident.errors import warn
 from physident.estimation.weighting import base_rows
-from physident.regressor import Regressor
+from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
 BLOCK_PERIODS = 10  # a block lasts this many correlation times, where the data are long enough

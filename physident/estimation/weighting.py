@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters
-from physident.regressor import JointRows, Regressor
+from physident.dynamics.regressor import JointRows, Regressor
+from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,5 @@
-"""Motions that excite an arm: what a joint is asked to follow, and how such a motion is found."""
+"""Excitation: motions along which the parameters of a model, or two rival effects, show best.
 
-from physident.excitation.motion import Extent, Motion
-from physident.excitation.point_to_point import PointToPoint
-from physident.excitation.trajectory import Trajectory, load_trajectory, random_trajectory
-
-__all__ = ["Extent", "Motion", "PointToPoint", "Trajectory", "load_trajectory", "random_trajectory"]
+``design`` and ``discriminate`` are the verbs, ``session`` joins several motions. ``criterion`` is what is made small,
+``limits`` what must hold, ``search`` how it is found, ``motion`` the result. Start with ``design``.
+"""

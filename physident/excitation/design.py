@@ -12,20 +12,20 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
-from physident.excitation.criterion import Criterion, make_criterion
-from physident.excitation.limits import JointLimits
-from physident.excitation.margins import Margin, joint_margins, workspace_margins
-from physident.excitation.problem import Found, Problem
-from physident.excitation.search import GENERATIONS, STARTS, search
-from physident.excitation.series import Series
+from physident.excitation.criterion.criterion import Criterion, make_criterion
+from physident.excitation.limits.joint_limits import JointLimits
+from physident.excitation.limits.margins import Margin, joint_margins, workspace_margins
+from physident.excitation.limits.workspace import CLEARANCE, Workspace
+from physident.excitation.motion.series import Series
+from physident.excitation.motion.trajectory import Trajectory
+from physident.excitation.search.problem import Found, Problem
+from physident.excitation.search.search import GENERATIONS, STARTS, search
 from physident.excitation.task import CHECKED, Task, task_of
-from physident.excitation.trajectory import Trajectory
-from physident.excitation.workspace import CLEARANCE, Workspace
-from physident.manipulability import Manipulability, measure_manipulability
-from physident.model import Model
-from physident.robot import Robot
+from physident.identifiability.manipulability import Manipulability, measure_manipulability
+from physident.robots.robot import Robot
 
 COARSE_NODES = 24  # what the genetic algorithm looks at
 Limits = Literal["all", "joint"]
@@ -99,7 +99,7 @@ class Design:
         }
 
     def __repr__(self) -> str:
-        from physident.excitation.printing import design_text
+        from physident.excitation.design_text import design_text
 
         return design_text(self)
 

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import build_regressor
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.excitation.criterion.rivals import Rivals, arm_of, rivals_of, task_of_rivals
 from physident.excitation.design import Design, Limits, check_counts, described, stated
-from physident.excitation.motion import Motion
-from physident.excitation.rivals import Rivals, arm_of, rivals_of, task_of_rivals
-from physident.excitation.search import GENERATIONS, STARTS, search
+from physident.excitation.limits.workspace import CLEARANCE
+from physident.excitation.motion.motion import Motion
+from physident.excitation.motion.trajectory import random_trajectory
+from physident.excitation.search.search import GENERATIONS, STARTS, search
 from physident.excitation.task import task_of
-from physident.excitation.trajectory import random_trajectory
-from physident.excitation.workspace import CLEARANCE
-from physident.model import Model
-from physident.projection import Baseline
-from physident.regressor import build_regressor
-from physident.robot import Robot
-from physident.signals import Filter, Signals
+from physident.identifiability.projection import Baseline
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 EVIDENCE = 12.0  # what beats the luckiest of all candidates in noise: the surrogates' 98th percentile is near it
@@ -76,7 +76,7 @@ class Discrimination:
         return self.design.as_dict() | own | {"detectable": rows}
 
     def __repr__(self) -> str:
-        from physident.excitation.printing import discrimination_text
+        from physident.excitation.design_text import discrimination_text
 
         return discrimination_text(self)
 

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from physident.dynamics.model import Model
 from physident.effects.payload import Payload
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.excitation.design import Design, Limits, check_counts, design_trajectory
-from physident.excitation.margins import joint_margins, workspace_margins
-from physident.excitation.trajectory import Trajectory
-from physident.excitation.workspace import CLEARANCE, Workspace
-from physident.model import Model
-from physident.robot import Robot
+from physident.excitation.limits.margins import joint_margins, workspace_margins
+from physident.excitation.limits.workspace import CLEARANCE, Workspace
+from physident.excitation.motion.trajectory import Trajectory
+from physident.robots.robot import Robot
 
 SHORTEST = 15.0  # s of a recording: blocks of ten correlation lengths, and the filter's ends
 

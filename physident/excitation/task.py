@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.excitation.information import Information
-from physident.excitation.series import Series
-from physident.excitation.trajectory import Trajectory, random_trajectory
-from physident.model import Model
-from physident.robot import Robot
+from physident.excitation.criterion.information import Information
+from physident.excitation.motion.series import Series
+from physident.excitation.motion.trajectory import Trajectory, random_trajectory
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 NODES = 48  # of a period: the tenth harmonic, which five of a joint make in its torque, has five of them

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.effects.effect import AddedInertia, Effect
-from physident.model import Model
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import t_quantile
 from physident.export.links import added_inertia
 from physident.files import write_json
-from physident.inertia import about_centre, violations
+from physident.robots.inertia import about_centre, violations
 
 SCHEMA = "physident.parameters/1"
 

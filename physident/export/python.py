@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.effects.friction import SMOOTHING
 from physident.effects.ripple import TorqueRipple
@@ -15,8 +16,7 @@ from physident.effects.transmission import CoupledFriction
 from physident.errors import InputError
 from physident.export.links import added_inertia, effect_parameters
 from physident.files import write_text
-from physident.model import Model
-from physident.robot import Robot
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SIGN = f"np.tanh(v / {SMOOTHING})"

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.export.links import added_inertia, effect_parameters
 from physident.export.urdf_edit import Element, edit_urdf, parse_elements
 from physident.files import write_text
-from physident.inertia import about_centre, violations
-from physident.model import Model
-from physident.robot import STANDARD_GRAVITY
+from physident.robots.inertia import about_centre, violations
+from physident.robots.robot import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # what URDF's <dynamics> means, by effect

@@ -1,5 +1,5 @@
-"""A diagnosis as a page for the person who decides."""
+"""The report: a diagnosis as one self-contained page for the person who decides.
 
-from physident.report.page import report_html, write_report
-
-__all__ = ["report_html", "write_report"]
+``page`` puts the ``sections`` together, ``markup`` escapes every text, ``chart`` draws, ``reread`` finds the recordings.
+Start with ``page.write_report``.
+"""

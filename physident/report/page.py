@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from physident.diagnosis.findings import Diagnosis
+from physident.diagnosis.result.findings import Diagnosis
+from physident.diagnosis.result.saved import contents_of, read_contents
+from physident.diagnosis.result.wording import headline
 from physident.files import check_target, write_text
-from physident.report.advice import advice
-from physident.report.answer import answer
-from physident.report.causes import causes
-from physident.report.contents import contents_of, read_contents
-from physident.report.evidence import evidence
-from physident.report.levels import levels
-from physident.report.limits import limits
-from physident.report.look import STYLE
 from physident.report.markup import Markup, tag
-from physident.report.provenance import provenance
 from physident.report.reread import reread
-from physident.report.torques import torques
-from physident.view.words import headline
+from physident.report.sections.advice import advice
+from physident.report.sections.answer import answer
+from physident.report.sections.causes import causes
+from physident.report.sections.evidence import evidence
+from physident.report.sections.levels import levels
+from physident.report.sections.limits import limits
+from physident.report.sections.provenance import provenance
+from physident.report.sections.torques import torques
+from physident.report.stylesheet import STYLE
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"  # a browser then fetches and runs nothing, whatever is inside
 

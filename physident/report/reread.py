@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from physident.diagnosis.findings import Used
+from physident.diagnosis.result.findings import Used
+from physident.diagnosis.result.saved import Contents
 from physident.errors import InputError
-from physident.recording import Recording, load_recording
-from physident.report.contents import Contents
+from physident.recordings.load import load_recording
+from physident.recordings.recording import Recording
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.errors import InputError
-from physident.excitation.motion import Motion
-from physident.model import Model
+from physident.excitation.motion.motion import Motion
 from physident.simulation.plant import Instants, Plant
 
 Array = NDArray[np.float64]

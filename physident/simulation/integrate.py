@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
-from physident.excitation.motion import Motion
-from physident.model import Model
-from physident.signals import Signals
+from physident.excitation.motion.motion import Motion
+from physident.recordings.signals import Signals
 from physident.simulation.controllers import PD, Controller
 from physident.simulation.plant import Plant
 from physident.simulation.radau import NODES, ExtraTorque, State, Stepper

@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.effects.effect import Effect
-from physident.model import Model
-from physident.signals import Signals
+from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 LEAST_MASS = 1e-6  # kg: pinocchio divides a link's first moment by its mass

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.files import read_json, write_json
-from physident.formats.table import Table
-from physident.robot import Robot
-from physident.signals import Signals
+from physident.recordings.formats.table import Table
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 PerJoint = float | tuple[float, ...]

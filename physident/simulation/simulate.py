@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from physident.columns import Columns
+from physident.dynamics.model import Model
 from physident.errors import InputError
-from physident.excitation.motion import Motion
-from physident.formats.table import Table
-from physident.model import Model
-from physident.recording import MIN_DURATION, Recording, recording_from_rows
-from physident.signals import Signals
+from physident.excitation.motion.motion import Motion
+from physident.recordings.columns import Columns
+from physident.recordings.formats.table import Table
+from physident.recordings.recording import Recording
+from physident.recordings.rows import MIN_DURATION, recording_from_rows
+from physident.recordings.signals import Signals
 from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate
 from physident.simulation.radau import ExtraTorque

@@ -12,7 +12,7 @@ from typing import Any
 
 class _Callable(ModuleType):
     def __call__(self, *args: Any, **options: Any) -> None:
-        from physident.view.session import view
+        from physident.view.session.session import view
 
         view(*args, **options)
 

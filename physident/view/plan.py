@@ -10,8 +10,8 @@ from typing import Any
 
 from physident.errors import InputError
 from physident.excitation.design import Design
-from physident.excitation.motion import SCHEMA, Motion
-from physident.excitation.trajectory import MAX_FILE, Trajectory, load_trajectory
+from physident.excitation.motion.motion import SCHEMA, Motion
+from physident.excitation.motion.trajectory import MAX_FILE, Trajectory, load_trajectory
 from physident.files import naming, read_json
 
 DESIGN = "physident.design/1"

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.robot import Robot
+from physident.robots.robot import Robot
 from physident.view import style
 from physident.view.scene_shapes import Shape, arm_shapes, turned_to
-from physident.view.session_log import duration, rgb
+from physident.view.session.log import duration, rgb
 
 if TYPE_CHECKING:
     import rerun as rr

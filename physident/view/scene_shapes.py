@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.robot import Robot
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 MESHES = (".stl", ".obj", ".glb", ".gltf", ".dae")  # what the viewer reads

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.effects import DEFAULT_EFFECTS
+from physident.effects.catalogue import DEFAULT_EFFECTS
 from tests.plant import Arm, Drives, Friction, Multisine, PointToPoint, Sensors, multisine, point_to_point, record
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.dynamics.regressor import Regressor
 from physident.estimation.uncertainty import correlation_rows
-from physident.regressor import Regressor
 from studies.blind_trials.sizing import filtered
 from studies.blind_trials.summary import WITHIN
 from studies.blind_trials.trial import Prepared

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.diagnosis.refit import as_estimate
+from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.dynamics.regressor import Regressor, build_regressor
 from physident.estimation.identify import prepare_all
-from physident.regressor import Regressor, build_regressor
 from studies.blind_trials.arms import FILTER, Taken
 from studies.blind_trials.cases import Hidden
 from studies.blind_trials.sizing import filtered, oracle

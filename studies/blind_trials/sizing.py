@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.diagnosis.refit import as_estimate
-from physident.effects import DEFAULT_EFFECTS
+from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_moving
-from physident.regressor import Regressor, build_regressor
 from studies.blind_trials.arms import FILTER, Taken
 from studies.blind_trials.cases import Hidden
 from tests.plant import Arm, hide, torque_along

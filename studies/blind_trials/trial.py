@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.diagnosis.refit import as_estimate
+from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.estimation.identify import prepare_all
-from physident.identifiability import Identifiability, measure_identifiability
-from physident.visibility import VISIBLE
+from physident.identifiability.identifiability import Identifiability, measure_identifiability
+from physident.identifiability.visibility import VISIBLE
 from studies.blind_trials.arms import ARMS, CACHE, FILTER, Taken, identified, motion, nominal, take
 from studies.blind_trials.cases import KINDS, QUESTIONS, TIERS, Hidden, Rng, draw
 from studies.blind_trials.sizing import oracle, pilot, scale

@@ -16,18 +16,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # many small matrices: threa
 import numpy as np
 from scipy.signal import lfilter
 
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.errors import NotSolvedError, PhysidentWarning
-from physident.estimation.decision import BY_DATA
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
+from physident.estimation.physical.decision import BY_DATA
 from physident.estimation.weighting import compress
-from physident.excitation.trajectory import random_trajectory
-from physident.inertia import link_parameters, pseudo_inertia
-from physident.model import Model
-from physident.regressor import build_regressor
-from physident.robot import load_robot
-from physident.signals import Filter, Signals
+from physident.excitation.motion.trajectory import random_trajectory
+from physident.recordings.signals import Filter, Signals
+from physident.robots.inertia import link_parameters, pseudo_inertia
+from physident.robots.robot import load_robot
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep

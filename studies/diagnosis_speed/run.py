@@ -10,12 +10,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import UR10E_COLUMNS, UR10E_GAINS, keep, need_data
 
 import physident as pid
-from physident.diagnosis.case import Case
-from physident.diagnosis.gains import gains
-from physident.diagnosis.left_out import Folded
-from physident.diagnosis.look import SURROGATES, surrogates
-from physident.diagnosis.question import ask
-from physident.diagnosis.search import settled
+from physident.diagnosis.problem.problem import Case
+from physident.diagnosis.problem.question import ask
+from physident.diagnosis.search.candidate_scores import SURROGATES, surrogates
+from physident.diagnosis.search.forward_search import settled
+from physident.diagnosis.statistics.left_out_gains import gains
+from physident.diagnosis.statistics.left_out_residuals import Folded
 from physident.estimation.identify import prepare_all
 
 PLAIN = 40  # candidates whose left-out residuals are computed row by row, to know what one costs

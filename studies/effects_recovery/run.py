@@ -14,8 +14,8 @@ import numpy as np
 from kept import keep
 
 import physident as pid
-from physident.base_parameters import random_motion
-from physident.effects import DEFAULT_EFFECTS
+from physident.effects.catalogue import DEFAULT_EFFECTS
+from physident.identifiability.base_parameters import random_motion
 from tests.plant import Arm, Sensors, hide, multisine, point_to_point, record
 
 PERCENT = 5.0  # asked of a parameter, unless its 95 % interval holds the truth

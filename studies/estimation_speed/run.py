@@ -18,19 +18,19 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import UR10E_COLUMNS, UR10E_GAINS, keep, need_data
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
+from physident.dynamics.rigid_body_regressor import torque_expression
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
-from physident.estimation.cones import physical_cones
-from physident.estimation.coordinates import Coordinates
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
-from physident.estimation.physical import Program
-from physident.estimation.prior import Entropic
+from physident.estimation.physical.cones import physical_cones
+from physident.estimation.physical.coordinates import Coordinates
+from physident.estimation.physical.prior import Entropic
+from physident.estimation.physical.program import Program
 from physident.estimation.weighting import compress
-from physident.inertia import pseudo_inertia
-from physident.model import Model
-from physident.rigid_body_regressor import torque_expression
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.robots.inertia import pseudo_inertia
 
 RUN = "ur-20_02_10-30sec_12harm.csv"
 FILTER = pid.Filter(5.0, 100.0)

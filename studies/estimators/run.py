@@ -19,14 +19,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import UR5_GAINS, UR10E_COLUMNS, UR10E_GAINS, joint_row, keep, need_data
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
+from physident.dynamics.model import Model
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust
 from physident.estimation.identify import estimate_from
-from physident.estimation.prior import NoPrior
-from physident.inertia import link_parameters, pseudo_inertia
-from physident.model import Model
-from physident.signals import Signals
+from physident.estimation.physical.prior import NoPrior
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.signals import Signals
+from physident.robots.inertia import link_parameters, pseudo_inertia
 
 METHODS: dict[str, Estimator] = {
     "ols": OLS(),

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 import physident as pid
-from physident.excitation.criterion import Condition
-from physident.excitation.genetic import evolve
-from physident.excitation.limits import JointLimits
-from physident.excitation.problem import Problem, Stage
-from physident.excitation.search import stages_of
-from physident.excitation.series import Series
+from physident.excitation.criterion.criterion import Condition
+from physident.excitation.limits.joint_limits import JointLimits
+from physident.excitation.motion.series import Series
+from physident.excitation.search.genetic import evolve
+from physident.excitation.search.problem import Problem, Stage
+from physident.excitation.search.search import stages_of
 from physident.excitation.task import Task, task_of
 
 Array = NDArray[np.float64]

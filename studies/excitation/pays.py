@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
-from physident.excitation.limits import JointLimits, spread
-from physident.excitation.series import Series
-from physident.excitation.walls import Walls
-from physident.excitation.workspace import Workspace
+from physident.excitation.limits.joint_limits import JointLimits, spread
+from physident.excitation.limits.walls import Walls
+from physident.excitation.limits.workspace import Workspace
+from physident.excitation.motion.series import Series
 from studies.designed_plant import Plan
 from tests.plant import Arm, record
 

@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import physident as pid
 from physident.effects.friction import smooth_sign
-from physident.validation import predictions
+from physident.validation.scores import predictions
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -60,7 +60,7 @@ def explained(before: pid.Estimate, after: pid.Estimate, recordings: list[pid.Re
 
 def _dry_friction(estimate: pid.Estimate) -> Array:
     """Dry friction (n,) [N m] at a creep, unloaded, as the model has it."""
-    from physident.diagnosis.at_rest import breakaway
+    from physident.diagnosis.at_rest.at_rest import breakaway
 
     return breakaway(estimate.model, np.zeros(estimate.model.robot.n))
 

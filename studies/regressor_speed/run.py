@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep
 
 import physident as pid
-from physident.rigid_body_regressor import torque_pattern
+from physident.dynamics.rigid_body_regressor import torque_pattern
 
 SAMPLES, RATE, LARGE = 20_000, 125.0, 1_000_000
 REPEATS = 5

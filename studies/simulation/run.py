@@ -25,8 +25,11 @@ import physident as pid
 from physident.effects.drive import RotorInertia
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody
-from physident.simulation import PD, ComputedTorque, Released, Sensors, Simulation, integrate, simulate, simulate_many
+from physident.simulation.controllers import PD, ComputedTorque, Released
+from physident.simulation.integrate import integrate
 from physident.simulation.plant import Instants, Plant
+from physident.simulation.sensors import Sensors
+from physident.simulation.simulate import Simulation, simulate, simulate_many
 
 ROTOR = np.array([0.9, 0.8, 0.6, 0.2, 0.2, 0.2])  # kg m^2
 VISCOUS = np.array([6.0, 6.0, 4.0, 2.0, 2.0, 1.0])  # N m s/rad

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, random_motion, select_base
-from physident.rigid_body_regressor import torque_regressor
+from physident.dynamics.rigid_body_regressor import torque_regressor
+from physident.identifiability.base_parameters import BaseParameters, random_motion, select_base
 from studies.thesis.halves import dh_columns, from_dh_frames, half
 from studies.thesis.published import MEANT, PRINTED
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
-from physident.effects import make_effects
+from physident.effects.catalogue import make_effects
+from physident.identifiability.base_parameters import find_base_parameters
 from studies.thesis.halves import HALVES, half
 from studies.thesis.reference import run
 from studies.thesis.scores import relative, rms

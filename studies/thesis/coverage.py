@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
 from physident.estimation.least_squares import least_squares
 from physident.estimation.uncertainty import t_quantile
+from physident.identifiability.base_parameters import find_base_parameters
 from studies.thesis import ours
 from studies.thesis.currents import measured_torque
 from studies.thesis.reference import run

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.dh import urdf_from_table
+from physident.dynamics.regressor import build_regressor
 from physident.estimation.identify import estimate_from
-from physident.regressor import build_regressor
+from physident.robots.dh import urdf_from_table
 from studies.thesis.halves import ur5_table
 from studies.thesis.reference import Run, run
 from studies.thesis.scores import FILTER, relative, rms

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.manipulability import SINGULAR, measure_manipulability
+from physident.identifiability.manipulability import SINGULAR, measure_manipulability
 from physident.view.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
 from studies.thesis.models import Compared
 from studies.thesis.published import RATE

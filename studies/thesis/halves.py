@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.dh import urdf_from_table
-from physident.dh_table import parse_table
+from physident.robots.dh import urdf_from_table
+from physident.robots.dh_table import parse_table
 
 Array = NDArray[np.float64]
 HALVES = {"bse": slice(0, 3), "w": slice(3, 6)}

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.base_parameters import BaseParameters, find_base_parameters
-from physident.effects import make_effects
-from physident.rigid_body_regressor import torque_regressor
+from physident.dynamics.rigid_body_regressor import torque_regressor
+from physident.effects.catalogue import make_effects
+from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from studies.thesis.halves import HALVES, half
 from studies.thesis.reference import Run
 

@@ -9,10 +9,10 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.base_parameters import find_base_parameters
-from physident.effects import make_effects
-from physident.manipulability import measure_manipulability
-from physident.rigid_body_regressor import torque_regressor
+from physident.dynamics.rigid_body_regressor import torque_regressor
+from physident.effects.catalogue import make_effects
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.identifiability.manipulability import measure_manipulability
 from studies.thesis.halves import HALVES, half
 from studies.thesis.published import RATE
 

@@ -12,7 +12,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.recording_checks import check_effort
+from physident.recordings.checks import check_effort
 from tests.bad_input.good import CURRENT, HEADER, as_csv, table
 from tests.bad_input.said import fails
 

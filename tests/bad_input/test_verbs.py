@@ -15,7 +15,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.excitation import random_trajectory
+from physident.excitation.motion.trajectory import random_trajectory
 from tests.bad_input import said
 from tests.bad_input.good import URDF
 

@@ -1,0 +1,1 @@
+"""Verbs that find and show what a model gets wrong: diagnose, report, view."""

@@ -1,0 +1,29 @@
+"""physident report: a diagnosis as one page for the person who decides."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs
+from physident.errors import InputError
+
+
+@app.command(short_help="A diagnosis as a page to read.")
+def report(
+    diagnosis: Annotated[Path, typer.Option("--diagnosis", help="A diagnosis that diagnose --json wrote.")],
+    out: Annotated[Path, typer.Option("--out", help="The page to write (.html).")],
+) -> None:
+    """Write a diagnosis as one HTML page that needs no network: the verdict in words first, then what it rests on."""
+    from physident.report.page import write_report
+
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--out is {str(out)!r}, expected a file that ends in .html")
+    check_outputs([diagnosis], out)
+    words = ["physident", "report", "--diagnosis", str(diagnosis), "--out", str(out)]
+    with busy("writing"):
+        write_report(diagnosis, out, command=shlex.join(words))
+    typer.echo(f"written: {out}")

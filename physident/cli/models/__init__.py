@@ -1,0 +1,1 @@
+"""Verbs that make, judge or hand on a model: identify, validate, compare, payload, drive-gains, base-parameters, export."""

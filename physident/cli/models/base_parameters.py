@@ -1,0 +1,22 @@
+"""physident base-parameters: what any motion of a robot could show."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app
+from physident.cli.options import RobotOption, names_of, robot_of
+
+
+@app.command("base-parameters", short_help="What any motion could show.")
+def base_parameters(
+    robot: RobotOption = None,
+    effects: Annotated[str, typer.Option("--effects", help="Effects, separated by commas.")] = "rigid_body",
+) -> None:
+    """Print a robot's base parameters: the combinations of parameters that its torques depend on."""
+    from physident.effects.catalogue import make_effects
+    from physident.identifiability.base_parameters import find_base_parameters as run
+
+    typer.echo(repr(run(robot_of(robot), make_effects(names_of(effects)))))

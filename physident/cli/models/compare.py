@@ -1,0 +1,49 @@
+"""physident compare: the gain of one model over another on recordings neither saw."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, IncludeFittedOption, JsonOption
+from physident.errors import InputError
+
+
+@app.command(short_help="The gain of one model over another.")
+def compare(
+    model: Annotated[list[Path], typer.Option("--model", help="Two model files: before and after.")],
+    on: Annotated[list[str], typer.Option("--on", help="A recording to compare on; repeat for several.")],
+    json_out: JsonOption = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Also draw both models' residuals (.png, .pdf, .svg).")
+    ] = None,
+    include_fitted: IncludeFittedOption = False,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Print two models' errors on the same recordings, and the gain of the second over the first."""
+    from physident.estimation.estimate import load_estimate
+    from physident.files import write_json
+    from physident.validation.scores import compare as run
+    from physident.validation.scores import with_cutoff
+
+    if len(model) != 2:
+        raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
+    check_outputs([*on, *model], json_out, plot=plot)
+    before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
+    recordings = read_recordings(on, columns if columns is not None else before.columns, drive_gains)
+    with busy("comparing"):
+        gain = run(before, after, recordings, include_fitted)
+    if json_out is not None:
+        write_json(json_out, gain.as_dict())
+    if plot is not None:
+        from physident.validation.comparison import predict_pair
+        from physident.view.figures.residual import plot_residuals
+
+        pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
+        plot_residuals(pair, before.model.robot, plot)
+    typer.echo(repr(gain))

@@ -1,0 +1,36 @@
+"""physident drive-gains: what one ampere is worth in joint torque, from recordings with and without a known load."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, JsonOption, RobotOption, effects_of, filter_of, robot_of
+
+
+@app.command("drive-gains", short_help="Motor current to joint torque.")
+def drive_gains(
+    unloaded: Annotated[list[str], typer.Option("--unloaded", help="Recording without the load; repeat for several.")],
+    loaded: Annotated[list[str], typer.Option("--loaded", help="Recording with the load; repeat for several.")],
+    load_mass: Annotated[float, typer.Option("--load-mass", help="Mass of the load on the last link [kg].")],
+    robot: RobotOption = None,
+    method: Annotated[str, typer.Option("--method", help="tls (errors in the currents), physical or ls.")] = "tls",
+    effects: Annotated[str | None, typer.Option("--effects", help="Effects of the arm, separated by commas.")] = None,
+    json_out: JsonOption = None,
+    columns: ColumnsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Identify the drive gains of an arm from motor currents with and without a load of known mass."""
+    from physident.estimation.drive_gains.drive_gains import identify_drive_gains
+    from physident.files import write_json
+
+    check_outputs([*unloaded, *loaded, robot], json_out)
+    without, with_load = (read_recordings(paths, columns, None) for paths in (unloaded, loaded))
+    arm, chosen, filter = robot_of(robot), effects_of(effects), filter_of(cutoff)
+    with busy("identifying"):
+        found = identify_drive_gains(arm, without, with_load, load_mass, method, chosen, filter)
+    if json_out is not None:
+        write_json(json_out, found.as_dict())
+    typer.echo(repr(found))

@@ -1,0 +1,33 @@
+"""physident payload: the load an arm carries."""
+
+from __future__ import annotations
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, JsonOption, ModelOption, Recordings
+
+
+@app.command(short_help="The load that an arm carries.")
+def payload(
+    recordings: Recordings,
+    model: ModelOption,
+    json_out: JsonOption = None,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Identify the load on the last link from recordings with it, the arm as the model has it."""
+    from physident.estimation.estimate import load_estimate
+    from physident.estimation.payload import identify_payload
+    from physident.files import write_json
+    from physident.validation.scores import with_cutoff
+
+    check_outputs([*recordings, model], json_out)
+    estimate = with_cutoff(load_estimate(model), cutoff)
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    with busy("identifying"):
+        found = identify_payload(estimate, loaded)
+    if json_out is not None:
+        write_json(json_out, found.as_dict())
+    typer.echo(repr(found))

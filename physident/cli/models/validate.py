@@ -1,0 +1,54 @@
+"""physident validate: how well a model predicts recordings it never saw."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    IncludeFittedOption,
+    JsonOption,
+    ModelOption,
+    Recordings,
+)
+
+
+@app.command(short_help="A model's error on unseen recordings.")
+def validate(
+    recordings: Recordings,
+    model: ModelOption,
+    json_out: JsonOption = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", help="Also draw measured and predicted torque (.png, .pdf).")
+    ] = None,
+    include_fitted: IncludeFittedOption = False,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+) -> None:
+    """Predict recordings with a model and print the error per joint."""
+    from physident.estimation.estimate import load_estimate
+    from physident.files import write_json
+    from physident.validation.scores import predictions, with_cutoff
+    from physident.validation.scores import validate as run
+
+    check_outputs([*recordings, model], json_out, plot=plot)
+    estimate = with_cutoff(load_estimate(model), cutoff)
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    with busy("predicting"):
+        score = run(estimate, loaded, include_fitted)
+    if json_out is not None:
+        write_json(json_out, score.as_dict())
+    if plot is not None:
+        from physident.view.figures.recordings import plot_predictions
+        from physident.view.figures.residual import torque_units
+
+        robot = estimate.model.robot
+        plot_predictions(predictions(estimate, loaded), robot.joint_names, plot, torque_units(robot))
+    typer.echo(repr(score))

@@ -1,0 +1,1 @@
+"""Verbs that make or look at recordings: inspect, design, simulate, demo."""

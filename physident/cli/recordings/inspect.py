@@ -1,0 +1,84 @@
+"""physident inspect: what recordings hold, and what they cannot show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs, progress, read_recordings
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    Recordings,
+    RobotOption,
+    filter_of,
+    names_of,
+    robot_of,
+)
+from physident.errors import InputError, warn
+
+POSES = 2000  # of a recording, evenly spread: more say nothing new of where it comes near a singularity
+
+
+@app.command(short_help="What recordings hold and cannot show.")
+def inspect(
+    recordings: Recordings,
+    robot: RobotOption = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", help="Show what of these effects cannot be seen; all: the catalogue.")
+    ] = None,
+    columns: ColumnsOption = None,
+    drive_gains: GainsOption = None,
+    cutoff: CutoffOption = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Also draw motion and effort (.png, .pdf, .svg).")] = None,
+) -> None:
+    """Print what recordings hold: clock, ranges, bad rows, rest, agreement of channels, a cutoff that suits them."""
+    from physident.recordings.inspection import inspect_recording
+
+    if effects is not None and robot is None:
+        raise InputError("--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a .toml")
+    check_outputs([*recordings, robot], plot=plot)
+    loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
+    seen = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
+    if plot is not None:
+        from physident.view.figures.recordings import plot_recordings
+
+        plot_recordings(loaded, plot)
+    typer.echo("\n\n".join(map(repr, seen)))
+    if robot is not None:
+        typer.echo("\n" + _manipulability(robot, loaded))
+    if effects is not None and robot is not None:
+        typer.echo("\n" + _hidden(robot, effects, loaded, cutoff))
+
+
+def _manipulability(robot: str, recordings: list) -> str:
+    """How near the recorded poses come to a singularity, with a warning where they do."""
+    from physident.identifiability.manipulability import measure_manipulability
+
+    arm, rows = robot_of(robot), []
+    for recording in recordings:
+        every = max(1, len(recording.q) // POSES)
+        found = measure_manipulability(arm, recording.q[::every])
+        rows.append(f"{Path(recording.source).name}: {found!r}")
+        if found.warning:
+            warn(f"{recording.source}: {found.warning}")
+    return "\n".join(rows)
+
+
+def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
+    from physident.dynamics.regressor import build_regressor
+    from physident.effects.catalogue import make_effects
+    from physident.estimation.identify import prepare_moving
+    from physident.identifiability.visibility import measure_visibility
+
+    arm, filter = robot_of(robot), filter_of(cutoff)
+    if effects.strip() == "all":
+        from physident.identifiability.identifiability import measure_identifiability
+
+        with busy("asking every effect"):
+            return repr(measure_identifiability(arm, prepare_moving(arm, recordings, filter), filter))
+    made = make_effects(names_of(effects))
+    return repr(measure_visibility(build_regressor(arm, made, prepare_moving(arm, recordings, filter), filter)))

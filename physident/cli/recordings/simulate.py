@@ -1,0 +1,64 @@
+"""physident simulate: a model and a planned motion in, a recording out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from physident.cli.app import app, busy, check_outputs
+from physident.errors import InputError
+
+if TYPE_CHECKING:
+    from physident.dynamics.model import Model
+    from physident.simulation.controllers import Controller
+
+CONTROLLERS = ("pd", "computed-torque")
+
+
+@app.command(short_help="A recording of a simulated arm.")
+def simulate(
+    trajectory: Annotated[Path, typer.Option("--trajectory", help="The motion to follow (physident.trajectory/1).")],
+    out: Annotated[Path, typer.Option("--out", help="The recording to write (.csv).")],
+    model: Annotated[Path | None, typer.Option("--model", help="The arm: a model file that identify wrote.")] = None,
+    robot: Annotated[str | None, typer.Option("--robot", help="The arm, as its description states it.")] = None,
+    sensors: Annotated[Path | None, typer.Option("--sensors", help="Its sensors (physident.sensors/1).")] = None,
+    controller: Annotated[str, typer.Option("--controller", help="pd or computed-torque.")] = "pd",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the sensors' noise.")] = 0,
+) -> None:
+    """Simulate an arm that follows a motion, with all effects of its model, and write what its sensors record."""
+    from physident.excitation.motion.trajectory import load_trajectory
+    from physident.recordings.formats.csv import write_csv
+    from physident.simulation.sensors import Sensors, load_sensors
+    from physident.simulation.simulate import Simulation
+
+    if out.suffix != ".csv":
+        raise InputError(f"--out is {str(out)!r}, expected a file that ends in .csv")
+    check_outputs([trajectory, model, robot, sensors], out)
+    chosen = load_sensors(sensors) if sensors else Sensors()
+    motion = load_trajectory(trajectory)
+    simulation = Simulation(_arm(model, robot), motion, _controller(controller), chosen, seed=seed)
+    with busy("simulating"):
+        table = simulation.table()
+    recording = simulation.recording(table)
+    write_csv(out, table)
+    typer.echo(f"{recording!r}\nwritten: {out}")
+
+
+def _arm(model: Path | None, robot: str | None) -> Model:
+    from physident.dynamics.model import Model
+    from physident.estimation.estimate import load_estimate
+    from physident.robots.robot import load_robot
+
+    if (model is None) == (robot is None):
+        raise InputError("which arm? expected one of --model (a model file) and --robot (its description alone)")
+    return load_estimate(model).model if model is not None else Model.nominal(load_robot(str(robot)))
+
+
+def _controller(name: str) -> Controller | None:
+    from physident.simulation.controllers import ComputedTorque
+
+    if name not in CONTROLLERS:
+        raise InputError(f"--controller is {name!r}, expected one of {', '.join(CONTROLLERS)}")
+    return ComputedTorque() if name == "computed-torque" else None

@@ -1,0 +1,117 @@
+"""An arm that stands still: friction holds it, so that torques say little about the model, and how little.
+
+At rest a joint's friction is whatever keeps it still, anything up to what it takes to move it. What an arm measures then
+lies in a band about the torque of gravity; only what leaves the band contradicts a model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.at_rest.poses import AtRest, Pose
+from physident.dynamics.model import Model
+from physident.effects.effect import Effect
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.recordings.checks import check_effort, refuse_twice
+from physident.recordings.recording import Recording
+from physident.recordings.signals import Filter, Signals, prepare
+from physident.robots.robot import Robot
+from physident.validation.scores import with_gains
+
+Array = NDArray[np.float64]
+CREEP = 0.03  # rad/s: there the smooth sign has turned, and viscous friction is a few per cent of the dry one
+
+
+def standing(recordings: Sequence[Recording]) -> bool:
+    """Whether no joint moves in any of some recordings."""
+    return bool(recordings) and all(_signals(recording).moving is None for recording in recordings)
+
+
+def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -> AtRest:
+    """What recordings of an arm that stands still say of a model: torques beside gravity and the friction that may hold.
+
+    Raises InputError for a recording with motion or one that came twice, another number of joints, torques far beyond the
+    robot's limits, or currents without gains.
+    """
+    if not recordings:
+        raise InputError("no recordings given, expected at least one of an arm at rest")
+    refuse_twice(recordings)
+    arm = model.model if isinstance(model, Estimate) else model
+    poses = []
+    for recording in recordings:
+        if recording.n != arm.robot.n:
+            raise InputError(f"{recording.source}: {recording.n} joints, but robot {arm.robot.name} has {arm.robot.n}")
+        gained = with_gains(recording, model.drive_gains if isinstance(model, Estimate) else None)
+        if _signals(gained).moving is not None:
+            raise InputError(
+                f"{recording.source}: the arm moves; expected recordings that stand still, or all with motion"
+            )
+        check_effort([gained], arm.robot)
+        q = gained.q.mean(axis=0)
+        gravity, std = _gravity(model, q)
+        poses.append(
+            Pose(recording.source, recording.duration, q, gained.torque.mean(axis=0), gravity, std, breakaway(arm, q))
+        )
+    return AtRest(tuple(poses), arm.robot.joint_names)
+
+
+def breakaway(model: Model, q: Array) -> Array:
+    """Torque (n,) [N m|N] that friction holds each joint with at a position (n,), as the model has it at a creep."""
+    robot = model.robot
+    at_once = [(effect, theta) for effect, theta in _parts(model) if effect.pointwise]
+    alone = Model(robot, tuple(e for e, _ in at_once), np.concatenate([theta for _, theta in at_once]))
+    forth = alone.torque(_states(q, CREEP * np.eye(robot.n)))
+    back = alone.torque(_states(q, -CREEP * np.eye(robot.n)))
+    result = np.diag(forth - back) / 2
+    for effect, theta in _parts(model):
+        if not effect.pointwise:
+            result = result + _with_memory(effect, theta, robot)
+    return np.maximum(result, 0.0)
+
+
+def _with_memory(effect: Effect, theta: Array, robot: Robot) -> Array:
+    """Friction (n,) of an effect whose value depends on the motion before, once that has settled."""
+    own = effect.friction(robot, np.array([CREEP]))[:, 0] * theta
+    result = np.zeros(robot.n)
+    for column, value in zip(effect.columns(robot), own, strict=True):
+        result[column.joint - 1] += value
+    return result
+
+
+def _gravity(model: Estimate | Model, q: Array) -> tuple[Array, Array]:
+    """Torque (n,) [N m|N] of a model that stands still without friction, and its standard error from the model's."""
+    arm = model.model if isinstance(model, Estimate) else model
+    still = arm.refer(_states(q, np.zeros((1, arm.robot.n))))
+    Y, start = np.zeros((arm.robot.n, len(arm.theta))), 0
+    for effect, theta in _parts(arm):
+        if effect.pointwise:
+            for (row, column), entry in zip(effect.pattern(arm.robot), effect.values(arm.robot, still), strict=True):
+                Y[row, start + column] += entry[0]
+        start += len(theta)
+    std = np.zeros(arm.robot.n)
+    if isinstance(model, Estimate):
+        rows = Y[:, model.base.independent]
+        std = np.sqrt(np.maximum(np.einsum("jr,rs,js->j", rows, model.covariance, rows), 0.0))
+    return Y @ arm.theta, std
+
+
+def _parts(model: Model) -> list[tuple[Effect, Array]]:
+    """Each effect with its own parameters (k,)."""
+    sizes = [len(effect.columns(model.robot)) for effect in model.effects]
+    return list(zip(model.effects, np.split(model.theta, np.cumsum(sizes)[:-1]), strict=True))
+
+
+def _states(q: Array, v: Array) -> Signals:
+    return Signals.of_states(np.tile(q, (len(v), 1)), v, np.zeros_like(v))
+
+
+def _signals(recording: Recording) -> Signals:
+    """A recording's signals, to see whether it moves: currents need no gains for that."""
+    rate = 1 / float(np.median(np.diff(recording.time)))
+    bare = recording.effort_kind == "current" and recording.drive_gains is None
+    unit = recording.with_drive_gains([1.0] * recording.n) if bare else recording
+    return prepare(unit, Filter(cutoff=min(Filter().cutoff, 0.3 * rate)))

@@ -1,0 +1,97 @@
+"""What recordings of an arm that stands still say of a model, pose by pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.result.text import wrapped
+from physident.files import write_json
+
+Array = NDArray[np.float64]
+SCHEMA = "physident.at_rest/1"
+DOUBT = 2.0  # standard errors
+COLUMN = 40  # characters of a row's label
+NOTHING_MORE = (
+    "At rest friction takes any value up to what it takes to move the joint. Nothing about friction, rotors or inertia is"
+    " in these recordings, and about gravity only what leaves that band: move the arm, slowly and both ways."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """One recording at rest: mean position ``q`` (n,) [rad|m]; ``measured`` torque (n,) [N m|N] and its mean's model,
+    ``gravity`` (n,) with offsets, known to ``std`` (n,); ``friction`` (n,) that the model needs to move each joint."""
+
+    source: str
+    duration: float
+    q: Array
+    measured: Array
+    gravity: Array
+    std: Array
+    friction: Array
+
+    @property
+    def held(self) -> Array:
+        """What friction holds (n,) [N m|N], or what the model gets wrong: at rest the same."""
+        return self.measured - self.gravity
+
+    @property
+    def outside(self) -> tuple[int, ...]:
+        """The joints (from 1) whose torque friction cannot explain."""
+        beyond = np.abs(self.held) > self.friction + DOUBT * self.std
+        return tuple(int(j) + 1 for j in np.flatnonzero(beyond))
+
+    def as_dict(self) -> dict[str, Any]:
+        """The pose as JSON can hold it."""
+        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
+        return {**plain, "held": self.held.tolist(), "outside": list(self.outside)}
+
+
+@dataclass(frozen=True, eq=False)
+class AtRest:
+    """What recordings of an arm that stands still say of a model: ``poses``, and the ``joints``' names."""
+
+    poses: tuple[Pose, ...]
+    joints: tuple[str, ...]
+
+    @property
+    def outside(self) -> tuple[int, ...]:
+        """The joints (from 1) whose torque leaves friction's band in some pose."""
+        return tuple(sorted({j for pose in self.poses for j in pose.outside}))
+
+    def as_dict(self) -> dict[str, Any]:
+        """The answer as JSON can hold it (schema physident.at_rest/1)."""
+        return {"schema": SCHEMA, "poses": [pose.as_dict() for pose in self.poses], "outside": list(self.outside)}
+
+    def save(self, path: str | Path) -> None:
+        """Write the answer as JSON, whole or not at all."""
+        write_json(path, self.as_dict())
+
+    def __repr__(self) -> str:
+        rows = [f"what an arm at rest shows: {self._answer()}", f"  {NOTHING_MORE}"]
+        for pose in self.poses:
+            title = f"{Path(pose.source).name}, {pose.duration:.1f} s at rest"
+            rows += ["", title.ljust(COLUMN) + "".join(f"{j:>9d}" for j in range(1, len(self.joints) + 1))]
+            table = {
+                "  measured [N m]": pose.measured, "  gravity, by the model [N m]": pose.gravity,
+                "  difference [N m]": pose.held, "  friction can hold up to [N m]": pose.friction,
+            }  # fmt: skip
+            rows += [label.ljust(COLUMN) + "".join(f"{x:9.3g}" for x in values) for label, values in table.items()]
+        return "\n".join(part for row in rows for part in wrapped(row))
+
+    def _answer(self) -> str:
+        count = len(self.poses) * len(self.joints)
+        largest = max(float(np.abs(pose.held).max()) for pose in self.poses)
+        if not self.outside:
+            return (
+                f"nothing that contradicts the model; all {count} torques differ from its gravity, by up to {largest:.2g}"
+                " N m, and none by more than friction can hold"
+            )
+        several = "s" if len(self.outside) > 1 else ""
+        names = ", ".join(map(str, self.outside))
+        return f"on joint{several} {names} more torque than friction can hold: gravity there is not the model's"

@@ -1,0 +1,41 @@
+"""Options of all candidates gathered by their number of columns, so that each number is one array operation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.candidates import Candidate
+from physident.dynamics.regressor import Regressor
+
+
+@dataclass(frozen=True, eq=False)
+class OptionClass:
+    """Options with k columns each: ``columns`` (O, k), their candidate's index ``owner`` (O,) and own index ``place``;
+    for each joint, which of them have rows there and at which place among the joint's columns."""
+
+    columns: NDArray[np.intp]
+    owner: NDArray[np.intp]
+    place: NDArray[np.intp]
+    joints: tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]
+
+    @staticmethod
+    def of(regressor: Regressor, candidates: Sequence[Candidate], k: int) -> OptionClass:
+        """The options with k columns."""
+        found = [
+            (option.columns, i, o)
+            for i, c in enumerate(candidates)
+            for o, option in enumerate(c.options)
+            if len(option.columns) == k
+        ]
+        columns = np.array([f[0] for f in found], dtype=np.intp)
+        joints = []
+        for rows in regressor.joints:
+            at = np.full(len(regressor.columns), len(rows.columns))
+            at[rows.columns] = np.arange(len(rows.columns))
+            own = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
+            joints.append((own, at[columns[own]]))
+        return OptionClass(columns, np.array([f[1] for f in found]), np.array([f[2] for f in found]), tuple(joints))

@@ -1,0 +1,112 @@
+"""What is asked of recordings - different, missing or nominal - and what the model's own parameters may do meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.evidence import Baseline
+from physident.diagnosis.statistics.normal_equations import inverted
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.estimation.physical.decision import BY_PRIOR
+from physident.recordings.recording import Recording
+
+Array = NDArray[np.float64]
+Question = Literal["different", "missing", "nominal"]
+
+
+def ask(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
+    """Which question recordings put to a model; raises InputError where only some of them were fitted."""
+    if not recordings:
+        raise InputError("no recordings given, expected at least one to diagnose")
+    if isinstance(model, Model):
+        return "nominal"
+    fitted = {source.sha256 for source in model.sources}
+    seen = [recording for recording in recordings if recording.sha256 in fitted]
+    if seen and len(seen) < len(recordings):
+        new = next(recording for recording in recordings if recording.sha256 not in fitted)
+        raise InputError(
+            f"the model was fitted to {seen[0].source} but not to {new.source}; expected recordings that were all fitted"
+            " (what is missing from the model?) or all new (what is different now?)"
+        )
+    return "missing" if seen else "different"
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """How the model's parameters theta (p,) may move: theta + ``map`` (p, R) @ x, x of prior precision ``prior`` (R,).
+
+    ``held``: names of base parameters that the model never identified, which stay where they are. ``nuisance``: columns of
+    the regressor that are refitted along and mean nothing; the last of x are theirs, and move no parameter.
+    """
+
+    map: Array
+    prior: Array
+    held: tuple[str, ...]
+    nuisance: tuple[int, ...] = ()
+
+    def baseline(self, regressor: Regressor) -> Baseline:
+        """The columns of x, from a regressor whose first p columns are the model's."""
+        p = len(self.map)
+        joints = []
+        for rows in regressor.joints:
+            own = rows.columns < p
+            columns = rows.values[:, own] @ self.map[rows.columns[own]]
+            for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
+                columns[:, k] = rows.values[:, rows.columns == column].sum(axis=1)
+            joints.append(columns)
+        return Baseline(tuple(joints), self.prior)
+
+
+def freedom(
+    model: Estimate | Model, question: Question, regressor: Regressor, nuisance: tuple[int, ...] = ()
+) -> Freedom:
+    """Missing: every base parameter is free. Different: each is held within its covariance. Nominal: none moves. The
+    ``nuisance`` columns are free always: how much they matter depends on the motion, healthy arm or not."""
+    if isinstance(model, Model):
+        maps, prior, held = np.zeros((len(model.theta), 0)), np.zeros(0), ()
+    elif question == "missing":
+        maps = np.zeros((len(model.theta), model.base.r))
+        maps[model.base.independent, np.arange(model.base.r)] = 1.0
+        prior, held = np.zeros(model.base.r), ()
+    else:
+        root, held = _root(model, regressor)
+        maps = np.zeros((len(model.theta), root.shape[1]))
+        maps[model.base.independent] = root
+        prior = np.ones(root.shape[1])
+    k = len(nuisance)
+    whole = np.column_stack([maps, np.zeros((len(maps), k))])
+    return Freedom(whole, np.concatenate([prior, np.zeros(k)]), held, nuisance)
+
+
+def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:
+    """A root (r, R) of the base parameters' covariance, and the names of those that were never identified.
+
+    A covariance from G blocks has rank G and no more: it is mixed with what the new motion would leave open at the old
+    recordings' worth, as if that were r blocks of prior knowledge; else r - G directions would be known exactly.
+    """
+    base = estimate.base
+    information = np.zeros((base.r, base.r))
+    place = np.full(len(estimate.theta), -1)
+    place[base.independent] = np.arange(base.r)
+    for rows, sigma, worth in zip(regressor.joints, estimate.sigma, estimate.effective_samples, strict=True):
+        own = [k for k, c in enumerate(rows.columns) if c < len(place) and place[c] >= 0]
+        Y = rows.values[:, own] / sigma
+        at = place[rows.columns[own]]
+        information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
+    share = base.r / (base.r + estimate.blocks)
+    covariance = (1 - share) * estimate.covariance + share * inverted(information)
+    decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_PRIOR
+    covariance = covariance * np.outer(decided, decided)
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    kept = values > 1e-9 * values[-1]
+    names = tuple(base.columns[base.independent[i]].name for i in np.flatnonzero(~decided))
+    return size[:, None] * vectors[:, kept] * np.sqrt(values[kept]), names

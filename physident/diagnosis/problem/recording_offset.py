@@ -1,0 +1,32 @@
+"""A nuisance, asked for: the zero of a torque sensor that drifts from one recording to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from physident.effects.effect import Array, Effect
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class RecordingOffset(Effect):
+    """A constant torque in one recording alone, known by its hash, one column a joint; never part of a model."""
+
+    recording: str = ""
+
+    name: ClassVar[str] = "recording_offset"
+    unit: ClassVar[str] = "N m"
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        own = float(signals.recording == self.recording)
+        return np.full((len(self.active(robot)), len(signals.time)), own)
+
+
+def drifts(signals: Sequence[Signals]) -> list[RecordingOffset]:
+    """One offset for each recording: which of them has the true zero, none can tell."""
+    return [RecordingOffset(recording=one.recording) for one in signals]

@@ -1,0 +1,60 @@
+"""What a diagnosis needs of its recordings, asked before the search, which must not end in a refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from physident.diagnosis.problem.candidates import WARMED
+from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.dynamics.model import Model
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.recordings.checks import refuse_twice
+from physident.recordings.recording import Recording
+from physident.recordings.signals import Filter
+from physident.validation.scores import predictions
+
+
+def refuse_seen(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
+    """Raises InputError for a recording that came twice, and for a holdout that was fitted or is diagnosed."""
+    refuse_twice(recordings)
+    refuse_twice(holdout)
+    fitted = {source.sha256 for source in model.sources} if isinstance(model, Estimate) else set()
+    for one in holdout:
+        if one.sha256 in fitted or one.sha256 in {r.sha256 for r in recordings}:
+            raise InputError(
+                f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that nothing has seen"
+            )
+
+
+def check_holdout(
+    model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording], filter: Filter
+) -> None:
+    """Raises InputError for a holdout that could not be scored after ``recordings`` are diagnosed; nothing is compared, no
+    score is made."""
+    if not holdout:
+        return
+    _refuse_without_temperature(recordings, holdout)
+    start = as_estimate(model, filter)
+    ready = predictions(start, holdout)
+    for index, one in enumerate(holdout):
+        silent = ~ready.measured[ready.recording == index].any(axis=0)
+        if silent.any():
+            raise InputError(
+                f"{one.source}: the measured torque of joint {int(np.argmax(silent)) + 1} is zero throughout;"
+                " expected a holdout with a torque to compare with"
+            )
+
+
+def _refuse_without_temperature(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
+    """Friction that falls with a measured temperature may be found: the holdout is then scored with its own."""
+    if not all(r.temperature is not None and np.ptp(r.temperature, axis=0).max() > WARMED for r in recordings):
+        return
+    for one in holdout:
+        if one.temperature is None:
+            raise InputError(
+                f"{one.source}: a holdout without temperatures, which the diagnosed recordings have; expected temperature_1.."
+                " [degC] in all of them or in none"
+            )

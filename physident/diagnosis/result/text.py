@@ -1,0 +1,155 @@
+"""A diagnosis as text on one screen: the answer first, in words."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from physident.diagnosis.result.findings import Diagnosis, Finding, Value
+
+ASKED = {
+    "missing": "what is missing from the model",
+    "different": "what is different from when the model was identified",
+    "nominal": "what the nominal model gets wrong",
+}
+ANSWERED = {
+    "explained": "explained: what remains is noise",
+    "partly_explained": "partly explained: structure remains that no effect of the catalogue takes up",
+    "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, what remains is noise",
+    "unexplained": "unexplained: structure remains, and no effect of the catalogue predicts it on unseen data",
+}
+WIDTH = 100  # characters of a line
+SHOWN = 8  # findings; the JSON has all
+VALUES = 3  # of a finding
+
+
+def diagnosis_text(d: Diagnosis) -> str:
+    """The printed form of a diagnosis."""
+    rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
+    rows += _levels(d)
+    files = [Path(used.path).name for used in d.recordings]
+    paths = {u.sha256: name if files.count(name) == 1 else u.path for u, name in zip(d.recordings, files, strict=True)}
+    for number, finding in enumerate(d.findings[:SHOWN], 1):
+        rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
+    if len(d.findings) > SHOWN:
+        rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
+    rows += ["", *_remainder(d), *_checks(d)]
+    if d.recording_offsets:
+        rows.append("each recording has a constant torque of its own, fitted along and not named")
+    if d.incomplete:
+        rows.append(
+            f"the model left more than noise of its own recordings too (joint {', '.join(map(str, d.incomplete))}): first ask of"
+            " those what is missing from it; an effect it lacks shows here as if it were new"
+        )
+    return "\n".join(part for row in rows for part in wrapped(row))
+
+
+def wrapped(row: str) -> list[str]:
+    """The row in lines that fit a terminal; what it goes on with is set in."""
+    inset = " " * (len(row) - len(row.lstrip()) + 5)
+    return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
+
+
+def _answer(d: Diagnosis) -> str:
+    if not d.findings:
+        return "nothing that these recordings prove"
+    return "; ".join(_named(f.effect, f.joints) for f in d.findings[:SHOWN])
+
+
+def _named(effect: str, joints: Sequence[int]) -> str:
+    if not joints:
+        return effect
+    word = "link" if effect == "link_inertia" else "joint"
+    return f"{effect} ({word}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+
+
+def _levels(d: Diagnosis) -> list[str]:
+    count = len(d.before.rms)
+    rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
+    width = len(rows[0]) - 9 * count
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
+    if d.noise_floor is not None:
+        rows.append("  does not repeat [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
+    else:
+        rows.append("  does not repeat: not known, no motion was made twice")
+    if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
+        rows.append("  after: without the rows of a contact, whose force no others tell")
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
+    return rows
+
+
+def _finding(number: int, f: Finding, path: str) -> list[str]:
+    low, high = f.gain.interval95
+    size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m, " if len(f.joints) == 1 else ""
+    rows = [
+        f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
+        f" [{low:.1f}, {high:.1f}]"
+    ]
+    decided = [v for v in f.parameters if v.std > 0 or v.change != 0]  # the rest is what no motion shows
+    shown = decided[: 2 * VALUES]
+    texts = [_value(v, len(f.joints) > 1) for v in shown]
+    rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
+    if len(decided) > len(shown):
+        rows[-1] += f", and {len(decided) - len(shown)} more"
+    if any(v.interval95[0] < 0 < v.interval95[1] and v.change == v.value for v in shown):
+        rows.append("   what it adds is sure, its values one by one are not: an interval that holds zero")
+    if f.intervals:
+        rows.append(
+            "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
+        )
+    if f.rivals:
+        rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell.")
+    if f.advice:
+        rows.append(f"   {f.advice}")
+    return rows
+
+
+def _value(v: Value, several: bool) -> str:
+    place = f" of joint {v.joint}" if several else ""
+    changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
+    end = ", at the end of the range searched" if v.at_end else ""
+    unit = "" if v.unit == "1" else f" {v.unit}"
+    return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}{end}"
+
+
+def _remainder(d: Diagnosis) -> list[str]:
+    left = [r for r in d.remainder if r.structured]
+    if not left:
+        return ["what remains has no more memory than filtered noise"]
+    if d.verdict in ("explained", "nothing_missing"):
+        return ["what remains is not larger than what differs where a motion repeats"]
+    rows = ["what remains and is not noise, not named:"]
+    return rows + [
+        f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.looks}"
+        for r in left
+    ]
+
+
+def _checks(d: Diagnosis) -> list[str]:
+    passed = [p for p in d.placebos if p.passed]
+    rows = []
+    if d.placebos:
+        top = max(d.placebos, key=lambda p: p.gain)
+        rows.append(
+            f"placebos: {len(passed)} of {len(d.placebos)} passed the gate (best {top.gain:.1f}, gate {top.threshold:.1f})"
+            + ("; distrust this diagnosis" if passed else "")
+        )
+    for reason in dict.fromkeys(u.reason for u in d.unseen):
+        cells: dict[str, list[int]] = {}
+        for u in d.unseen:
+            if u.reason == reason:
+                cells.setdefault(u.effect, []).extend(u.joints)
+        names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
+        rows.append(f"cannot tell here, {reason}: {names}")
+    if d.held:
+        rows.append(f"never identified, held as they are: {', '.join(d.held[:8])}{' ...' if len(d.held) > 8 else ''}")
+    return rows
+
+
+def _brief(effect: str, joints: Sequence[int]) -> str:
+    return effect + (f" {','.join(map(str, dict.fromkeys(joints)))}" if joints else "")

@@ -1,0 +1,138 @@
+"""What stays unexplained: how much, how slow, and against what it shows - described, not named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.search.hypothesis import State
+from physident.estimation.estimate import Estimate
+from physident.estimation.uncertainty import correlation_rows
+
+Array = NDArray[np.float64]
+SLOW = 0.2  # Hz
+BINS = 10
+STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """The residual of one joint: ``rms`` [N m|N], ``lag_one`` correlation, ``memory`` [s] beside the filter's own for white
+    noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
+    position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share."""
+
+    joint: int
+    rms: float
+    lag_one: float
+    memory: float
+    white_memory: float
+    slow: float
+    peak: float
+    velocity: float
+    position: float
+    load: float
+    time: float
+    order: float
+    order_share: float
+
+    @property
+    def structured(self) -> bool:
+        """Whether it remembers longer than noise through the filter does."""
+        return self.memory > STRUCTURED * self.white_memory
+
+    @property
+    def looks(self) -> str:
+        """The largest of what it shows against, in words."""
+        shares = {
+            "velocity": self.velocity, "position": self.position, "load": self.load, "time": self.time,
+            f"order {self.order:g}": self.order_share,
+        }  # fmt: skip
+        name = max(shares, key=lambda key: shares[key])
+        against = (
+            f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "no trend with v, q, load or time"
+        )
+        return f"{100 * self.slow:.0f} % of its power below {SLOW:g} Hz, {against}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Its numbers as JSON can hold them."""
+        return {**asdict(self), "structured": self.structured}
+
+
+def describe(state: State) -> tuple[Remainder, ...]:
+    """The residual of each joint of a fitted state."""
+    regressor, residual = state.evidence.regressor, state.residual
+    rate = regressor.kept_rate
+    white = _white_memory(state)
+    memory = correlation_rows(regressor, residual)
+    q, v, load = (_at_rows(state, name) for name in ("q", "v", "load"))
+    result = []
+    for j, r in enumerate(residual.T):
+        power, frequency = _spectrum(r, regressor.segment, rate)
+        total = max(float(power.sum()), 1e-300)
+        worth = len(r) / memory[j]
+        orders = np.arange(1, 41)
+        lines = np.abs(np.exp(-1j * orders[:, None] * q[:, j]) @ r) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
+        top = int(np.argmax(lines))
+        clock = regressor.time - regressor.time[0]
+        by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
+        result.append(
+            Remainder(
+                j + 1, float(np.sqrt(np.mean(r**2))), _lag_one(r, regressor.segment), float(memory[j] / rate),
+                white / rate, float(power[frequency < SLOW].sum() / total), float(frequency[np.argmax(power)]),
+                by_v, by_q, by_load, by_time, float(orders[top]), float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
+            )
+        )  # fmt: skip
+    return tuple(result)
+
+
+def incomplete(estimate: Estimate, remainder: Sequence[Remainder]) -> tuple[int, ...]:
+    """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does."""
+    used = sum(source.used for source in estimate.sources)
+    memory = used / np.maximum(estimate.effective_samples, 1e-300)
+    return tuple(r.joint for r, own in zip(remainder, memory, strict=True) if own > STRUCTURED * r.white_memory)
+
+
+def _white_memory(state: State) -> float:
+    """Integrated autocorrelation, in kept rows, of white noise through the filter."""
+    filter, rate = state.case.filter, state.case.signals[0].rate
+    taps, D = filter.taps(rate), filter.decimation(rate)
+    full = np.correlate(taps, taps, "full")[len(taps) - 1 :: D]
+    return max(1.0, float(2 * full.sum() / full[0] - 1))
+
+
+def _at_rows(state: State, name: str) -> Array:
+    """q, v or load (M, n) at the times of the rows."""
+    regressor = state.evidence.regressor
+    rows = []
+    for index, signals in enumerate(state.case.signals):
+        values = state.model.refer(signals).load if name == "load" else getattr(signals, name)
+        assert values is not None
+        time = regressor.time[regressor.recording == index]
+        at = np.clip(np.searchsorted(signals.time, time), 0, len(signals.time) - 1)
+        rows.append(values[at])
+    return np.concatenate(rows)
+
+
+def _spectrum(r: Array, segment: NDArray[np.intp], rate: float) -> tuple[Array, Array]:
+    """Power and frequency [Hz] of a series, from its longest contiguous part."""
+    longest = np.bincount(segment).argmax()
+    part = r[segment == longest]
+    power = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2
+    return power, np.asarray(np.fft.rfftfreq(len(part), 1 / rate), dtype=float)
+
+
+def _lag_one(r: Array, segment: NDArray[np.intp]) -> float:
+    together = segment[1:] == segment[:-1]
+    return float(np.sum(r[1:][together] * r[:-1][together]) / max(float(r @ r), 1e-300))
+
+
+def _binned(r: Array, x: Array, worth: float) -> float:
+    """Share of power that the mean over bins of equal count explains, beyond what as many bins explain of noise."""
+    label = np.minimum(np.argsort(np.argsort(x)) * BINS // len(x), BINS - 1)
+    means = np.bincount(label, r, BINS) / np.maximum(np.bincount(label, minlength=BINS), 1)
+    share = float(np.sum(means[label] ** 2) / max(float(r @ r), 1e-300))
+    return max(0.0, share - BINS / worth)

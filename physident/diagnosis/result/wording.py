@@ -1,0 +1,99 @@
+"""A diagnosis in plain words, the same on every page and in every picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from physident.diagnosis.problem.question import Question
+from physident.diagnosis.result.findings import Finding, Verdict
+from physident.effects.catalogue import CATALOGUE
+
+SPELT = {
+    "load_dependent_friction": "load-dependent friction",
+    "coulomb_friction": "Coulomb friction",
+    "stribeck_friction": "Stribeck friction",
+}
+FOUND = {
+    "missing": "The model lacks",
+    "different": "Since the model was identified, this has changed:",
+    "nominal": "The nominal model gets this wrong:",
+}
+NOT_FOUND = {
+    "missing": "missing from the model",
+    "different": "different from when the model was identified",
+    "nominal": "wrong with the nominal model",
+}
+REMAINS: dict[Verdict, str] = {
+    "explained": "What remains is noise.",
+    "partly_explained": "Structure remains that no effect of the catalogue takes up.",
+    "nothing_missing": "No effect of the catalogue beats chance, and what remains is noise.",
+    "unexplained": "Structure remains in the torque, and no effect of the catalogue predicts it on unseen data.",
+}
+NAMED = 6  # causes in a sentence
+
+
+def effect_words(name: str) -> str:
+    """An effect's public name as words: ``torque_offset`` is "torque offset"."""
+    return SPELT.get(name, name.replace("_", " "))
+
+
+def in_words(text: str) -> str:
+    """A text with the public names of effects in it as words, but for those of a command."""
+    text, command, rest = text.partition("physident ")
+    for name in sorted(CATALOGUE, key=len, reverse=True):
+        text = text.replace(name, effect_words(name))
+    return text + command + rest
+
+
+def cause(effect: str, joints: Sequence[int]) -> str:
+    """An effect and where it acts: "payload", "Coulomb friction on joints 2 and 3", "link inertia of link 4"."""
+    if not joints:
+        return effect_words(effect)
+    word, way = ("link", "of") if effect == "link_inertia" else ("joint", "on")
+    return f"{effect_words(effect)} {way} {word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+
+
+def numbered(joints: Sequence[int]) -> str:
+    """Joint numbers as a sentence lists them, three and more in a row as a range: "1 to 3 and 6"."""
+    runs: list[list[int]] = []
+    for joint in sorted(set(joints)):
+        if runs and joint == runs[-1][-1] + 1:
+            runs[-1].append(joint)
+        else:
+            runs.append([joint])
+    texts = [[f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(joint) for joint in run] for run in runs]
+    return listed([text for run in texts for text in run])
+
+
+def came(question: Question) -> str:
+    """What the model that was diagnosed is called beside the extended one."""
+    return "nominal model" if question == "nominal" else "model as identified"
+
+
+def listed(items: Sequence[object]) -> str:
+    """Items as a sentence lists them: "1", "1 and 2", "1, 2 and 3"."""
+    texts = [str(item) for item in items]
+    return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
+
+
+def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) -> str:
+    """The answer in one sentence."""
+    if findings:
+        return " ".join([*_lasting(question, findings), *_passing(findings)])
+    if verdict == "nothing_missing":
+        return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
+    return f"These recordings prove nothing that is {NOT_FOUND[question]}, and do not rule it out: structure remains."
+
+
+def _lasting(question: Question, findings: Sequence[Finding]) -> list[str]:
+    """A sentence of what the arm is like, where anything of that was found."""
+    found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
+    more = [f"{len(found) - NAMED} more"] if len(found) > NAMED else []
+    return [f"{FOUND[question]} {'; '.join([*found[:NAMED], *more])}."] if found else []
+
+
+def _passing(findings: Sequence[Finding]) -> list[str]:
+    """A sentence of what happened to the arm, where anything did."""
+    times = [f"from {start:.2f} to {end:.2f} s" for f in findings for start, end in f.intervals]
+    more = [f"{len(times) - NAMED} times more"] if len(times) > NAMED else []
+    return [f"The tool was in contact with something {listed([*times[:NAMED], *more])}."] if times else []

@@ -1,0 +1,128 @@
+"""A model: a robot, a tuple of effects, and a value for each of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
+from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
+from physident.effects.effect import Column, Effect
+from physident.errors import InputError
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+LARGEST = 1e12  # of any parameter in SI units: torques and their squares stay finite
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Torque of a robot as a sum of effects, tau = sum_e Phi_e(q, v, a) theta_e.
+
+    ``theta`` (p,) holds the effects' parameters one after another, in the units of ``columns``.
+    """
+
+    robot: Robot
+    effects: tuple[Effect, ...]
+    theta: Array
+
+    def __post_init__(self) -> None:
+        theta = np.array(self.theta, dtype=float)
+        if theta.shape != (len(self.columns),) or not np.isfinite(theta).all():
+            raise InputError(f"theta has shape {theta.shape}, expected {len(self.columns)} finite numbers")
+        if (beyond := np.flatnonzero(np.abs(theta) > LARGEST)).size:
+            column, value = self.columns[beyond[0]], theta[beyond[0]]
+            raise InputError(f"{column.name} is {value:g} {column.unit}, expected a size below {LARGEST:g}")
+        theta.setflags(write=False)
+        object.__setattr__(self, "theta", theta)
+
+    @staticmethod
+    def nominal(robot: Robot, effects: Iterable[str | Effect] = DEFAULT_EFFECTS) -> Model:
+        """The model with every parameter as the robot's own description states it, zero where it states none."""
+        made = make_effects(effects)
+        return Model(robot, made, np.concatenate([effect.nominal(robot) for effect in made]))
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Name, unit and joint of each parameter, in the order of ``theta``."""
+        return tuple(column for effect in self.effects for column in effect.columns(self.robot))
+
+    def parameters(self, effect: str) -> Array:
+        """The parameters of one effect by name; raises InputError where the model has no such effect."""
+        chosen = [i for i, column in enumerate(self.columns) if column.effect == effect]
+        if not chosen:
+            names = ", ".join(e.name for e in self.effects)
+            raise InputError(f"the model has no effect {effect!r}, expected one of {names}")
+        return self.theta[chosen]
+
+    def refer(self, signals: Signals) -> Signals:
+        """The signals with what this model makes of their motion, which some effects' columns depend on.
+
+        ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
+        effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
+        """
+        n = self.robot.n
+        links, armature, gravity = np.zeros(10 * n), np.zeros(n), np.zeros(3)
+        for effect, theta in self._parts():
+            added = effect.inertia(self.robot, theta)
+            if added is not None:
+                links, armature, gravity = links + added.links, armature + added.armature, gravity + added.gravity
+        load = inverse_dynamics(self.robot, links, signals.q, signals.v, signals.a) + armature * signals.a
+        if gravity.any():
+            load = load + gravity_torque(self.robot, links, signals.q, gravity)
+        referred = replace(signals, links=links, load=load)
+        motor = load.T.copy()
+        for effect, theta in self._parts():
+            if effect.acts_on != "measurement" and effect.inertia(self.robot, theta) is None:
+                self._add(motor, effect, theta, referred)
+        return replace(referred, motor=motor.T)
+
+    def torque(self, signals: Signals) -> Array:
+        """Joint torques (N, n) [N m|N] that the model predicts to be measured at every sample, unfiltered."""
+        referred = self.refer(signals)
+        assert referred.motor is not None
+        tau = referred.motor.T.copy()
+        for effect, theta in self._parts():
+            if effect.acts_on == "measurement":
+                self._add(tau, effect, theta, referred)
+        return tau.T
+
+    def _parts(self) -> list[tuple[Effect, Array]]:
+        """Each effect with its own parameters (k,)."""
+        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
+        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
+
+    def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
+        """Add the torque of one effect to ``tau`` (n, N), segment by segment."""
+        pattern = effect.pattern(self.robot)
+        for samples in signals.segments:
+            values = effect.values(self.robot, signals.part(samples))
+            for (row, column), entries in zip(pattern, values, strict=True):
+                tau[row, samples] += theta[column] * entries
+
+    def as_dict(self) -> dict[str, Any]:
+        """Robot, effects and values, as JSON can hold them."""
+        return {
+            "robot": self.robot.as_dict(),
+            "effects": [effect.as_dict() for effect in self.effects],
+            "parameters": [
+                {"name": c.name, "joint": c.joint, "unit": c.unit, "value": float(value)}
+                for c, value in zip(self.columns, self.theta, strict=True)
+            ],
+        }
+
+    @staticmethod
+    def from_dict(data: dict[str, Any]) -> Model:
+        """The model that ``as_dict`` described."""
+        robot = Robot.from_dict(data["robot"])
+        effects = make_effects(effect_from_dict(effect) for effect in data["effects"])
+        model = Model(robot, effects, np.array([parameter["value"] for parameter in data["parameters"]]))
+        for column, parameter in zip(model.columns, data["parameters"], strict=True):
+            if column.name != parameter["name"]:
+                raise InputError(f"parameter {parameter['name']!r} stands where {column.name!r} belongs")
+        return model

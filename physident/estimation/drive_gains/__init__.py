@@ -1,0 +1,5 @@
+"""Drive gains: from motor currents to joint torques by means of a load of known mass.
+
+``drive_gains`` is the verb and its result, ``equations`` the linear problem, ``cones`` what keeps it physical, ``load``
+the columns of a carried body. Start with ``drive_gains.identify_drive_gains``.
+"""

@@ -1,0 +1,124 @@
+"""What every planned motion can do: give its states, its extent, the limits it breaks, and its files."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+from physident.files import write_json, write_with
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+SCHEMA = "physident.trajectory/1"
+LIMIT_TOLERANCE = 1e-4  # relative: a motion designed to touch a limit does not break it
+MAX_SAMPLES = 10_000_000
+LARGEST = 1e9  # of any number that describes a motion: its squares and sums stay finite
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """How far a motion goes, (n,) each: ``lower``, ``upper`` [rad|m], ``speed`` [rad/s|m/s] and ``acceleration``
+    [rad/s^2|m/s^2] without sign."""
+
+    lower: Array
+    upper: Array
+    speed: Array
+    acceleration: Array
+
+
+class Motion(ABC):
+    """A planned motion of n joints over ``duration`` [s]."""
+
+    kind: ClassVar[str]
+    duration: float
+
+    @property
+    @abstractmethod
+    def n(self) -> int:
+        """Number of joints."""
+
+    @abstractmethod
+    def states(self, time: Array) -> Signals:
+        """Position, velocity and acceleration at some instants (N,) [s]; constant before the start and after the end
+        where the motion is at rest there."""
+
+    @abstractmethod
+    def extent(self) -> Extent:
+        """The widest positions, and bounds of speed and acceleration that hold at every instant, not only on a grid."""
+
+    @abstractmethod
+    def as_dict(self) -> dict[str, Any]:
+        """Its kind and settings, as JSON can hold them."""
+
+    def sample(self, rate: float) -> tuple[Array, Array, Array, Array]:
+        """Time (N,) [s] and q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2] (N, n) at a rate [Hz], the start included."""
+        if not (math.isfinite(rate) and rate > 0) or self.duration * rate > MAX_SAMPLES:
+            raise InputError(
+                f"rate is {rate} Hz for {self.duration:g} s, expected a positive one of at most {MAX_SAMPLES} samples"
+            )
+        time = np.arange(math.floor(self.duration * rate + 1e-6) + 1) / rate
+        states = self.states(time)
+        return time, states.q, states.v, states.a
+
+    def violations(self, robot: Robot) -> list[str]:
+        """One sentence for each limit of the robot that the motion breaks: the joint, what it reaches, the limit."""
+        if self.n != robot.n:
+            return [f"the motion has {self.n} joints, but robot {robot.name} has {robot.n}"]
+        extent = self.extent()
+        acceleration_limit = robot.acceleration_limit or (math.inf,) * robot.n
+        broken = []
+        for j in range(robot.n):
+            unit = "m" if robot.joints[j].kind == "prismatic" else "rad"
+            slack = LIMIT_TOLERANCE * max(1.0, extent.upper[j] - extent.lower[j])
+            low, high = extent.lower[j], extent.upper[j]
+            if low < robot.lower[j] - slack or high > robot.upper[j] + slack:
+                broken.append(
+                    f"joint {j + 1} goes from {low:.4g} to {high:.4g} {unit}, allowed is {robot.lower[j]:.4g} to {robot.upper[j]:.4g} {unit}"
+                )
+            for article, name, per, reached, limit in (
+                ("a", "speed", "s", extent.speed[j], robot.velocity_limit[j]),
+                ("an", "acceleration", "s^2", extent.acceleration[j], acceleration_limit[j]),
+            ):
+                if reached > limit * (1 + LIMIT_TOLERANCE):
+                    broken.append(
+                        f"joint {j + 1} reaches {article} {name} of {reached:.4g} {unit}/{per}, allowed is {limit:.4g}"
+                    )
+        return broken
+
+    def save(self, path: str | Path) -> None:
+        """Write the motion as JSON (schema physident.trajectory/1), whole or not at all."""
+        write_json(path, {"schema": SCHEMA, **self.as_dict()})
+
+    def write_csv(self, path: str | Path, rate: float) -> None:
+        """Write a table ``time,q_1..,dq_1..,ddq_1..`` at a rate [Hz], as a robot's controller streams it."""
+        table = np.column_stack(self.sample(rate))
+        joints = range(1, self.n + 1)
+        names = ["time", *(f"{channel}_{j}" for channel in ("q", "dq", "ddq") for j in joints)]
+        write_with(
+            path, lambda file: np.savetxt(file, table, "%.10g", delimiter=",", header=",".join(names), comments="")
+        )
+
+
+def checked(name: str, values: Any, shape: tuple[int | None, ...]) -> Array:
+    """A read-only array of numbers up to 1e9; raises InputError for another shape, None standing for any length."""
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"trajectory: {name} holds what is no number, expected an array of numbers") from None
+    fits = array.ndim == len(shape) and all(want in (None, came) for want, came in zip(shape, array.shape, strict=True))
+    if not fits or not array.size:
+        wanted = ", ".join("any" if s is None else str(s) for s in shape)
+        raise InputError(f"trajectory: {name} has shape {array.shape}, expected numbers of shape ({wanted})")
+    if not (np.abs(array) <= LARGEST).all():
+        bad = array[~(np.abs(array) <= LARGEST)][0]
+        raise InputError(f"trajectory: {name} holds {bad:g}, expected finite numbers up to {LARGEST:g}")
+    array.setflags(write=False)
+    return array

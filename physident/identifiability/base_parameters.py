@@ -1,0 +1,146 @@
+"""Base parameters: the combinations of parameters that torques depend on, found by a rank-revealing QR."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.model import Model
+from physident.effects.effect import Column, Effect
+from physident.errors import InputError
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
+NOTHING = 1e-9  # of the effect's largest column: below it a column is rounding
+STATES = 400
+WIDTH = 100  # characters of a printed line
+RATE = 20.0  # Hz
+EXPRESSION_FLOOR = 1e-9  # a coefficient of beta below this is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class BaseParameters:
+    """Which r of p parameters are independent, and how the others group with them: p_B = p_1 + beta p_2.
+
+    ``independent`` (r,) and ``dependent`` (p - r,) are indices of columns, the first independent ones in order;
+    ``beta`` (r, p - r); ``shares`` (p,) the share of each column's length outside those before it, whose gap between
+    ``rank_gap`` = (smallest accepted, largest rejected) decides.
+    """
+
+    columns: tuple[Column, ...]
+    independent: NDArray[np.intp]
+    dependent: NDArray[np.intp]
+    beta: Array
+    shares: Array
+    rank_gap: tuple[float, float]
+
+    @property
+    def r(self) -> int:
+        """Number of base parameters."""
+        return len(self.independent)
+
+    @property
+    def grouping(self) -> Array:
+        """K (r, p) with p_B = K theta, and Y theta = Y[:, independent] K theta."""
+        K = np.zeros((self.r, len(self.columns)))
+        K[np.arange(self.r), self.independent] = 1.0
+        K[:, self.dependent] = self.beta
+        return K
+
+    def values(self, theta: Array) -> Array:
+        """Base parameters (r,) of parameters (p,)."""
+        return theta[self.independent] + self.beta @ theta[self.dependent]
+
+    def expressions(self) -> list[str]:
+        """Each base parameter as a sum of standard parameters, for example "Izz_1 + Iyy_2 + 0.18 m_3"."""
+        return [self._expression(i) for i in range(self.r)]
+
+    def _expression(self, row: int) -> str:
+        text = self.columns[self.independent[row]].name
+        for k, factor in enumerate(self.beta[row]):
+            if abs(factor) > EXPRESSION_FLOOR:
+                size = "" if abs(abs(factor) - 1) < EXPRESSION_FLOOR else f"{abs(factor):.6g} "
+                text += f" {'+' if factor > 0 else '-'} {size}{self.columns[self.dependent[k]].name}"
+        return text
+
+    def __repr__(self) -> str:
+        accepted, rejected = self.rank_gap
+        rows = [f"{self.r} base parameters of {len(self.columns)}: the sums of parameters that torques depend on"]
+        for i, text in enumerate(self.expressions(), 1):
+            rows += textwrap.wrap(text, WIDTH, initial_indent=f"  {i:3d}  ", subsequent_indent=" " * 9)
+        rows.append(
+            f"an independent column keeps at least {accepted:.2g} of its length outside those before it, a dependent one"
+            f" {rejected:.1e};\nthe limit between them is {TOLERANCE:.0e}"
+        )
+        return "\n".join(rows)
+
+
+def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
+    """Base parameters of a robot with some effects, from a random motion: what any motion could show.
+
+    Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
+    """
+    columns = tuple(column for effect in effects for column in effect.columns(robot))
+    placed = [effect.anywhere() for effect in effects]
+    effects = [effect for effect, _ in placed]
+    motion = random_motion(robot, seed, max(STATES, int(RATE * (1 + max(seconds for _, seconds in placed)))))
+    if any(effect.needs_model for effect in effects):
+        motion = Model.nominal(robot, effects).refer(motion)
+    Y = np.concatenate([effect.regressor(robot, motion) for effect in effects], axis=2)
+    return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns)
+
+
+def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
+    """A random motion (count samples at 20 Hz) inside the robot's position limits, one turn either way at most.
+
+    Five sines a joint of random frequency and phase: generic enough that what it does not show, no motion shows.
+    """
+    rng = np.random.default_rng(seed)
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    frequency = rng.uniform(0.5, 4.0, size=(5, robot.n))
+    phase = frequency * np.arange(count)[:, None, None] / RATE + rng.uniform(0, 2 * np.pi, size=(5, robot.n))
+    size = rng.uniform(0.5, 1.0, size=(5, robot.n))
+    size *= np.maximum(upper - lower, 1e-3) / 2 / size.sum(axis=0)
+    q = (lower + upper) / 2 + (size * np.sin(phase)).sum(axis=1)
+    v = (size * frequency * np.cos(phase)).sum(axis=1)
+    a = (-size * frequency**2 * np.sin(phase)).sum(axis=1)
+    return Signals(
+        np.arange(count) / RATE, q, v, a, temperature=20 + np.sin(phase[:, 0]), rate=RATE, source="random motion"
+    )
+
+
+def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
+    """Base parameters of a regressor (or its R factor) with p columns, by Gram-Schmidt in column order.
+
+    Unlike |R_ii| of a plain QR, a column's share is measured against the accepted columns only, so that the rounding
+    noise of a dependent one cannot hide a later independent one. Raises InputError for a regressor that is all zero.
+    """
+    size = np.linalg.norm(R, axis=0)
+    if not size.any():
+        raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")
+    p = R.shape[1]
+    largest = {c.effect: max(size[i] for i, d in enumerate(columns) if d.effect == c.effect) for c in columns}
+    basis = np.zeros((len(R), 0))
+    shares, independent = np.zeros(p), []
+    for i in range(p):
+        if size[i] <= NOTHING * largest[columns[i].effect]:
+            continue
+        rest = R[:, i] / size[i]
+        for _ in range(2):  # the second pass removes what rounding left of the first
+            rest = rest - basis @ (basis.T @ rest)
+        shares[i] = np.linalg.norm(rest)
+        if shares[i] > TOLERANCE:
+            basis = np.column_stack([basis, rest / shares[i]])
+            independent.append(i)
+    chosen = np.array(independent, dtype=np.intp)
+    others = np.setdiff1d(np.arange(p), chosen)
+    scale = size[chosen]
+    beta = np.linalg.lstsq(R[:, chosen] / scale, R[:, others], rcond=None)[0] / scale[:, None]
+    gap = float(shares[chosen].min()), float(shares[others].max(initial=0.0))
+    return BaseParameters(tuple(columns), chosen, others, beta, shares, gap)

@@ -1,0 +1,141 @@
+"""What recordings can show of every effect: effect x joint x question, before anything is diagnosed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import build_regressor
+from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects
+from physident.effects.effect import Effect
+from physident.identifiability.projection import Baseline
+from physident.identifiability.visibility import VISIBLE
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+ZERO = 1e-6  # of the effect's largest column: below it a column is rounding
+WHOLE_ARM = ("payload", "gravity_tilt", "time_delay", "contact")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One effect on some joints (empty: the whole arm): ``new`` and ``refitted``, the share of its columns' energy that
+    shows when the baseline is held (recordings new to a model) and when it is refitted along (the recordings a model was
+    fitted to). Zero: nothing shows; ``cutoff`` [Hz] it needs, 0 for any."""
+
+    effect: str
+    joints: tuple[int, ...]
+    new: float
+    refitted: float
+    cutoff: float
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """The table of cells for a robot and recordings, with the filter's ``cutoff`` [Hz]."""
+
+    cells: tuple[Cell, ...]
+    joints: int
+    cutoff: float
+
+    def share(self, effect: str, joints: tuple[int, ...], question: str) -> float:
+        """The share for one effect and its joints; ``question`` is "new" or "refitted"."""
+        (cell,) = [c for c in self.cells if c.effect == effect and c.joints == joints]
+        return cell.new if question == "new" else cell.refitted
+
+    def __repr__(self) -> str:
+        return "\n".join(_text(self))
+
+
+def measure_identifiability(
+    robot: Robot, signals: Sequence[Signals], filter: Filter, baseline: Sequence[Effect] | None = None
+) -> Identifiability:
+    """For every effect of the catalogue and every joint, the share of its columns that a baseline cannot imitate.
+
+    The ``baseline`` is the five default effects unless given; one of its own effects is judged against the others. Each
+    joint's torque counts alike. Shape parameters stand in the middle of their grids.
+    """
+    effects = tuple(make_effects(DEFAULT_EFFECTS) if baseline is None else baseline)
+    model = Model.nominal(robot, effects)
+    signals = [model.refer(one) for one in signals]
+    whole = build_regressor(robot, effects, signals, filter)
+    size = np.sqrt((whole.torque**2).mean(axis=0))
+    weights = 1 / np.where(size > 0, size, 1.0)
+    against = Baseline.of(whole, weights)
+    cells = []
+    for name in CATALOGUE:
+        if name == "rigid_body":
+            continue
+        row = []
+        for joints in _places(name, robot.n):
+            candidate = _ready(name, joints)
+            own = [effect for effect in effects if effect.name == name]
+            rest = against
+            if own:
+                others = _without(effects, name, joints, robot.n)
+                rest = Baseline.of(build_regressor(robot, others, signals, filter), weights)
+            judged = rest.judge(build_regressor(robot, [candidate], signals, filter, model=model))
+            needed = max((candidate.cutoff_needed(robot, one) for one in signals), default=0.0)
+            row.append((joints, float(np.sqrt(np.trace(judged.inner))), judged.share, needed))
+        largest = max((norm for _, norm, _, _ in row), default=0.0)  # no row: neighbours of an arm of one joint
+        for joints, norm, share, needed in row:
+            shown = norm > ZERO * largest > 0
+            cells.append(Cell(name, joints, float(shown), share if shown else 0.0, needed))
+    return Identifiability(tuple(cells), robot.n, filter.cutoff)
+
+
+def _places(name: str, n: int) -> list[tuple[int, ...]]:
+    """The joints an effect can be on: none for the whole arm, neighbours for coupling, links 1 to n - 1."""
+    if name in WHOLE_ARM:
+        return [()]
+    if name == "coupled_friction":
+        return [(j, j + 1) for j in range(1, n)]
+    return [(j,) for j in range(1, n if name == "link_inertia" else n + 1)]
+
+
+def _ready(name: str, joints: tuple[int, ...]) -> Effect:
+    cls = CATALOGUE[name]
+    shapes = {shape.field: (shape.grid[len(shape.grid) // 2],) for shape in cls.shapes}
+    return cls(joints=joints or None, **shapes)
+
+
+def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], n: int) -> list[Effect]:
+    """The effects with one of them taken off some joints."""
+    rest = []
+    for effect in effects:
+        if effect.name == name:
+            left = tuple(j for j in (effect.joints or tuple(range(1, n + 1))) if j not in joints)
+            if not left or not joints:
+                continue
+            effect = replace(effect, joints=left)
+        rest.append(effect)
+    return rest
+
+
+def _text(table: Identifiability) -> list[str]:
+    rows = [f"{'effect':<28}" + "".join(f"{'J' + str(j):>8}" for j in range(1, table.joints + 1)) + "   needs"]
+    for name in dict.fromkeys(c.effect for c in table.cells):
+        own = [c for c in table.cells if c.effect == name]
+        cells = "".join(_cell(c) for c in own)
+        needed = max(c.cutoff for c in own)
+        band = f"{needed:.1f} Hz" if needed > table.cutoff else ""
+        rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}")
+    rows.append("share of its torque that a refitted baseline cannot imitate; . inside the baseline, cannot tell,")
+    rows.append("unless the baseline is held (recordings new to a model); o no torque at all: cannot be seen")
+    hidden = sum(c.refitted < VISIBLE for c in table.cells)
+    never = sum(c.new == 0 for c in table.cells)
+    rows.append(
+        f"verdict: of {len(table.cells)} cells {never} show nothing and {hidden - never} more lie inside the baseline"
+    )
+    return rows
+
+
+def _cell(cell: Cell) -> str:
+    if cell.new == 0:
+        return "       o"
+    return "       ." if cell.refitted < VISIBLE else f"{cell.refitted:8.2g}"

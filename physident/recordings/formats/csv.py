@@ -1,0 +1,182 @@
+"""Comma-separated text, plain or gzip: read in blocks, bounded in memory, broken rows named instead of fatal."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.errors import InputError
+from physident.files import write_with
+from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
+from physident.recordings.recording import BadRow
+
+BLOCK = 4 << 20  # bytes
+SEPARATORS = {";": "semicolon", "\t": "tab"}
+PRINTABLE = bytes(b if b in (9, 10, 13) or 32 <= b < 127 else 63 for b in range(256))
+MAX_REJECTED = (
+    100_000  # rows with a wrong number of fields: naming more would fill the memory, and tell nobody anything
+)
+
+
+def read_csv(path: Path) -> Table:
+    """The table of a CSV file; a first row without any number is its header.
+
+    Rows with a wrong number of fields are left out and named, cells that are no number become NaN. Row numbers are line
+    numbers. Raises InputError for a file that is empty, not text, no gzip, without commas, or too large.
+    """
+    first = _first_line(path)
+    fields = [field.strip().strip('"') for field in first.split(",")]
+    if len(fields) < 2:
+        found = next((f", but has {name}s" for sign, name in SEPARATORS.items() if sign in first), "")
+        raise InputError(f"{path}: its first line has no comma{found}; expected comma-separated columns: convert it")
+    if len(fields) > MAX_COLUMNS:
+        raise InputError(f"{path}: {len(fields)} columns, expected at most {MAX_COLUMNS}: keep time, q, dq and effort")
+    header = not any(_is_number(field) for field in fields)
+    rejected: list[BadRow] = []
+    values = _read(path, len(fields), header, rejected)
+    if not len(values) and not rejected:
+        raise InputError(f"{path}: has no rows of {len(fields)} numbers under its first line; expected a recording")
+    numbers = np.arange(1 + header, 1 + header + len(values) + len(rejected))
+    rows = np.delete(numbers, [bad.row - 1 - header for bad in rejected])
+    return Table(values, rows, tuple(fields) if header else None, tuple(rejected))
+
+
+def write_csv(path: str | Path, table: Table) -> None:
+    """Write a table with its header as CSV, ten digits a number, whole or not at all."""
+    header = ",".join(table.names or ())
+    write_with(path, lambda file: np.savetxt(file, table.values, "%.10g", delimiter=",", header=header, comments=""))
+
+
+def _read(path: Path, width: int, header: bool, rejected: list[BadRow]) -> np.ndarray:
+    """The rows (N, width) of numbers; those with another number of fields are added to ``rejected``."""
+    blocks: list[np.ndarray] = []
+    rows, line = 0, int(header)
+    for index, text in enumerate(_whole_lines(path)):
+        body = text.partition(b"\n")[2] if header and index == 0 else text
+        if not body:
+            continue
+        numbers, bad = _parse(path, body, width, line)
+        blocks.append(numbers)
+        rejected += bad
+        rows, line = rows + len(numbers), line + len(numbers) + len(bad)
+        if rows * width > MAX_CELLS:
+            raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+        if len(rejected) > MAX_REJECTED:
+            raise InputError(f"{path}: over {MAX_REJECTED} rows without {width} fields; expected a recording")
+    return _joined(blocks, rows, width)
+
+
+def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, list[BadRow]]:
+    """Numbers (N, width) of whole lines of text, which follow ``line`` others, and the rows that are left out."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    bad: list[BadRow] = []
+
+    def invalid(row: Any) -> str:
+        bad.append(BadRow(line + int(row.number), f"{row.actual_columns} fields, expected {row.expected_columns}"))
+        return "skip"
+
+    names = [str(i) for i in range(width)]
+    read = csv.ReadOptions(use_threads=False, block_size=len(text) + 1, column_names=names)
+    # every line is a row, whatever it holds: an odd quote or an empty line must not shift the numbers of the others
+    parse = csv.ParseOptions(invalid_row_handler=invalid, quote_char=False, ignore_empty_lines=False)
+    for kind in (pa.float64(), pa.binary()):  # cell by cell where some cell is no number
+        bad.clear()
+        convert = csv.ConvertOptions(
+            column_types=dict.fromkeys(names, kind),
+            null_values=["", "nan", "NaN", "null", "NA"],
+            strings_can_be_null=True,
+        )
+        try:
+            table = csv.read_csv(pa.BufferReader(text), read, parse, convert)
+        except pa.ArrowInvalid as error:
+            if "conversion error" in str(error) and kind == pa.float64():
+                continue
+            reason = str(error).splitlines()[0][:120]
+            raise InputError(f"{path}: not readable as CSV ({reason}); expected rows of numbers") from None
+        cells = (_numbers(c.to_pylist()) if kind == pa.binary() else c.to_numpy() for c in table.columns)
+        return np.column_stack(list(cells)), bad
+    raise AssertionError("cells read as bytes need no conversion")
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    """The file in blocks that end with a line; bytes that are no ASCII text read as "?", which is no number."""
+    carry = b""
+    try:
+        with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
+            while block := stream.read(BLOCK):
+                if block.endswith(b"\r"):
+                    block += stream.read(1)
+                block = carry + block.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(PRINTABLE)
+                whole, newline, carry = block.rpartition(b"\n")
+                if len(carry) > BLOCK:
+                    raise InputError(
+                        f"{path}: a line is longer than {BLOCK} characters, expected a row for each sample"
+                    )
+                if newline:
+                    yield whole + newline
+    except (OSError, EOFError, zlib.error) as error:
+        reason = str(error)[:120]
+        raise InputError(f"{path}: cannot be read ({reason}); expected a CSV, plain or gzip") from None
+    if carry:
+        yield carry
+
+
+def _joined(blocks: list[np.ndarray], rows: int, width: int) -> np.ndarray:
+    """The blocks one under another, each given back as soon as it is copied: the table is never held twice."""
+    values = np.empty((rows, width))
+    at = rows
+    while blocks:
+        block = blocks.pop()
+        values[at - len(block) : at] = block
+        at -= len(block)
+    return values
+
+
+def _numbers(cells: list[bytes | None]) -> np.ndarray:
+    return np.array([_number(cell.strip(b' "')) if cell is not None else np.nan for cell in cells])
+
+
+def _number(cell: bytes) -> float:
+    """The value of a cell, NaN where it is none; Python's own 1_000 is none."""
+    try:
+        return float(cell) if b"_" not in cell else np.nan
+    except ValueError:
+        return np.nan
+
+
+def _is_number(text: str) -> bool:
+    return text.lower() in ("nan", "") or not np.isnan(_number(text.encode()))
+
+
+def _is_gzip(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(2) == b"\x1f\x8b"
+
+
+def _first_line(path: Path) -> str:
+    """The first line, read without trusting the file to have a short one."""
+    try:
+        with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
+            head = stream.read(BLOCK)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read ({error}); expected a CSV, plain or gzip") from None
+    line, *rest = re.split(rb"[\r\n]", head, maxsplit=1)
+    if not head:
+        raise InputError(f"{path}: empty, expected comma-separated numbers")
+    if b"\0" in line:
+        kind = "UTF-16 text" if line.startswith((b"\xff\xfe", b"\xfe\xff")) else "not a text file"
+        raise InputError(f"{path}: {kind}, expected comma-separated numbers in UTF-8")
+    if not rest and len(head) == BLOCK:
+        raise InputError(f"{path}: its first line is longer than {BLOCK} characters, expected one row for each sample")
+    try:
+        return line.decode("utf-8-sig").strip()
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: its first line is not UTF-8 text, expected comma-separated numbers") from None

@@ -1,0 +1,26 @@
+"""The reader for a recording's file, chosen by the file's ending."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from physident.errors import InputError
+from physident.recordings.formats.table import Table
+
+
+def read_table(path: Path) -> Table:
+    """The table of a recording's file by its ending: .csv, .csv.gz, .npz; raises InputError for what is no such file."""
+    name = path.name.lower()
+    if not os.path.isfile(path):  # a pipe would be waited for without end
+        what = "a folder" if os.path.isdir(path) else "not a file" if os.path.exists(path) else "not found"
+        raise InputError(f"recording {str(path)!r} is {what}; expected a .csv, .csv.gz or .npz file")
+    if name.endswith((".csv", ".csv.gz", ".txt")):
+        from physident.recordings.formats.csv import read_csv
+
+        return read_csv(path)
+    if name.endswith(".npz"):
+        from physident.recordings.formats.npz import read_npz
+
+        return read_npz(path)
+    raise InputError(f"{path}: its format is not known by its name; expected .csv, .csv.gz or .npz")

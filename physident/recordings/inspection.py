@@ -1,0 +1,191 @@
+"""What a recording holds before anything is fitted to it: clock, ranges, rest, agreement of its channels, its band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.recordings.recording import BadRow, Recording
+from physident.recordings.signals import MOVING_SPEED, Filter, prepare
+
+Array = NDArray[np.float64]
+BAND_SHARE = 0.99  # of a signal's power above its noise floor
+MIN_REST = 0.3  # s: a shorter standstill is a reversal
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """Facts about one recording of n joints.
+
+    ``rate`` [Hz] the median one; ``jitter`` [s] standard deviation and ``longest`` [s] longest step of the clock;
+    ``position`` (n, 2) [rad|m], ``speed`` (n,) [rad/s|m/s], ``effort`` (n, 2) ranges; ``velocity_error`` (n,) [%] and
+    ``velocity_delay`` (n,) [s] of the measured velocity against the derivative of position, NaN where either is missing
+    or the joint stands still; ``rest`` the intervals [s] without motion; ``motion_band``, ``effort_band`` (n,) [Hz]
+    below which 99 % of the power above the noise lies; ``cutoff`` [Hz] suggested for the filter.
+    """
+
+    recording: Recording
+    rate: float
+    jitter: float
+    longest: float
+    position: Array
+    speed: Array
+    effort: Array
+    velocity_error: Array
+    velocity_delay: Array
+    rest: tuple[tuple[float, float], ...]
+    motion_band: Array
+    effort_band: Array
+    cutoff: float
+
+    @property
+    def bad_rows(self) -> tuple[BadRow, ...]:
+        """The rows that were left out, by number and reason."""
+        return self.recording.rejected
+
+    def __repr__(self) -> str:
+        return "\n".join([*_facts(self), *_table(self), _verdict(self)])
+
+
+def inspect_recording(recording: Recording) -> Inspection:
+    """Facts about a recording; works for currents without drive gains. Raises InputError where nothing is contiguous."""
+    step = np.diff(recording.time)
+    rate = 1 / float(np.median(step))
+    wide = Filter(cutoff=min(10.0, 0.3 * rate))
+    unit = recording.with_drive_gains([1.0] * recording.n) if recording.effort_kind == "current" else recording
+    signals = prepare(unit, wide)
+    assert signals.torque is not None
+    errors = [_velocity_agreement(recording, wide, j) for j in range(recording.n)]
+    longest = max(signals.segments, key=lambda s: s.stop - s.start)
+    motion = np.array([_band(signals.v[longest, j], signals.rate) for j in range(recording.n)])
+    effort = np.array([_band(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
+    reach = np.array([_reach(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
+    return Inspection(
+        recording=recording,
+        rate=rate,
+        jitter=float(np.std(step)),
+        longest=float(step.max()),
+        position=np.column_stack([recording.q.min(axis=0), recording.q.max(axis=0)]),
+        speed=np.abs(signals.v).max(axis=0),
+        effort=np.column_stack([recording.effort.min(axis=0), recording.effort.max(axis=0)]),
+        velocity_error=np.array([e[0] for e in errors]),
+        velocity_delay=np.array([e[1] for e in errors]),
+        rest=_rest(signals.time, signals.v),
+        motion_band=motion,
+        effort_band=effort,
+        cutoff=_suggest(motion, reach, rate),
+    )
+
+
+def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tuple[float, float]:
+    """Difference [%] after the best shift, and that shift [s], of measured velocity against the derivative of position."""
+    if recording.dq is None:
+        return np.nan, np.nan
+    from dataclasses import replace
+
+    signals = prepare(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
+    assert signals.torque is not None
+    part = max(signals.segments, key=lambda s: s.stop - s.start)
+    measured, derived = signals.torque[part, joint], signals.v[part, joint]
+    if np.abs(derived).max() < MOVING_SPEED:
+        return np.nan, np.nan
+    # least squares for a small shift: measured(t) = derived(t - d) is derived - d * its derivative to first order
+    slope = np.gradient(derived, 1 / signals.rate)
+    delay = -float(slope @ (measured - derived)) / float(slope @ slope)
+    rest = measured - derived + delay * slope
+    return 100 * float(np.linalg.norm(rest) / np.linalg.norm(derived)), delay
+
+
+def _spectrum(values: Array, rate: float) -> tuple[Array, Array, float]:
+    """Frequency [Hz], power density, and its noise floor: the median of the highest third."""
+    from scipy.signal import welch
+
+    frequency, power = welch(values, rate, nperseg=min(len(values), int(8 * rate)), detrend="linear")
+    return frequency, power, float(np.median(power[2 * len(power) // 3 :]))
+
+
+def _band(values: Array, rate: float) -> float:
+    """Frequency [Hz] below which 99 % of the power above the noise floor lies."""
+    frequency, power, floor = _spectrum(values, rate)
+    excess = np.maximum(power - 3 * floor, 0.0)  # three floors: a chi-squared bin of noise rarely exceeds it
+    if not excess.any():
+        return 0.0
+    return float(frequency[np.searchsorted(np.cumsum(excess), BAND_SHARE * excess.sum())])
+
+
+def _reach(values: Array, rate: float) -> float:
+    """Frequency [Hz] at which a signal first sinks into its noise floor."""
+    frequency, power, floor = _spectrum(values, rate)
+    sunk = np.flatnonzero(power <= 3 * floor)
+    return float(frequency[sunk[0] if len(sunk) else -1])
+
+
+def _suggest(motion: Array, reach: Array, rate: float) -> float:
+    """Ten times the band of motion, which keeps friction's steps at the reversals, but not past where torque is noise.
+
+    The factor is the usual one between a robot's motion and the filter: Gautier, "Dynamic identification of robots with
+    power model" (1997), sec. 4. The joint with the widest band decides, within what the clock allows.
+    """
+    widest = float(np.max(np.minimum(10 * motion, reach), initial=0.0))
+    return float(np.clip(round(widest, 1), 2.0, 0.2 * rate)) if widest > 0 else min(5.0, 0.2 * rate)
+
+
+def _rest(time: Array, v: Array) -> tuple[tuple[float, float], ...]:
+    still = np.concatenate([[False], (np.abs(v) <= MOVING_SPEED).all(axis=1), [False]])
+    edges = np.flatnonzero(np.diff(still.astype(int)))
+    spans = [(float(time[a]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]
+    return tuple(span for span in spans if span[1] - span[0] >= MIN_REST)
+
+
+def _facts(i: Inspection) -> list[str]:
+    r = i.recording
+    resting = sum(stop - start for start, stop in i.rest)
+    unit = "N m"
+    if r.effort_kind == "current":
+        unit = "A, its drive gains given" if r.drive_gains is not None else "A, drive gains needed for torque"
+    rows = [
+        r.source,
+        f"{r.n} joints, {r.duration:.2f} s, {len(r.time)} rows at {i.rate:.4g} Hz"
+        f" (jitter {1e3 * i.jitter:.2g} ms, longest step {1e3 * i.longest:.3g} ms)",
+        f"effort: {r.effort_kind} [{unit}]; rest: {resting:.1f} s in {len(i.rest)} phase{'' if len(i.rest) == 1 else 's'}"
+        + (f"; columns ignored: {len(r.ignored)}" if r.ignored else ""),
+    ]
+    for start in range(0, len(i.bad_rows), 1):
+        if start == 20:
+            rows.append(f"  and {len(i.bad_rows) - 20} more bad rows")
+            break
+        rows.append(f"  bad row {i.bad_rows[start].row}: {i.bad_rows[start].reason}")
+    return rows
+
+
+def _table(i: Inspection) -> list[str]:
+    unit = "N m" if i.recording.effort_kind == "torque" else "A"
+    rows = [
+        f"       position [rad]    max speed  {f'effort [{unit}]':<17}  dq against motion  99 % of power below [Hz]",
+        "joint     min     max      [rad/s]       min      max  error %  delay ms  motion  effort",
+    ]
+    for j in range(i.recording.n):
+        known = bool(np.isfinite(i.velocity_error[j]))
+        delay = round(1e3 * i.velocity_delay[j], 1) + 0.0 if known else np.nan  # never -0.0
+        agree = f"{i.velocity_error[j]:7.1f}  {delay:8.1f}" if known else f"{'-':>7}  {'-':>8}"
+        rows.append(
+            f"{j + 1:5d}  {i.position[j, 0]:6.3f}  {i.position[j, 1]:6.3f}  {i.speed[j]:11.3f}"
+            f"  {i.effort[j, 0]:8.3f} {i.effort[j, 1]:8.3f}  {agree}  {i.motion_band[j]:6.2f}  {i.effort_band[j]:6.2f}"
+        )
+    return rows
+
+
+def _verdict(i: Inspection) -> str:
+    if len(i.rest) == 1 and i.rest[0][1] - i.rest[0][0] > 0.95 * i.recording.duration:
+        return "verdict: no joint moves; a static pose shows gravity and stiction only and cannot be identified from"
+    still = [str(j + 1) for j in range(i.recording.n) if i.speed[j] < MOVING_SPEED]
+    parts = [f"suggested --cutoff {i.cutoff:g}"]
+    if still:
+        parts.append(
+            f"joint{'s' if len(still) > 1 else ''} {', '.join(still)} never move{'' if len(still) > 1 else 's'}"
+        )
+    if i.bad_rows:
+        parts.append(f"{len(i.bad_rows)} bad row{' is' if len(i.bad_rows) == 1 else 's are'} left out")
+    return "verdict: " + "; ".join(parts)

@@ -1,0 +1,139 @@
+"""From raw rows to a recording: rows that no arm can have measured are left out and named."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+from physident.recordings.recording import BadRow, Recording
+
+Array = NDArray[np.float64]
+
+MIN_DURATION = 2.0  # s: shorter than one swing of any arm's slow modes
+MAX_STEP = 0.1  # s: no dynamics can be seen in fewer than ten rows a second
+MAX_POSITION = 4 * np.pi  # rad: two turns either way, the widest range any arm's joint has
+MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degrees
+ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}
+UNITS = {"position": "rad", "velocity": "rad/s", "effort": "N m or A", "temperature": "degrees C"}
+MAX_SPEED = 20.0  # rad/s or m/s: faster than the fastest wrist of any arm; a larger step of position is a fault
+MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of bad rows
+
+
+def recording_from_rows(
+    time: Array,
+    q: Array,
+    dq: Array | None,
+    effort: Array,
+    temperature: Array | None,
+    effort_kind: str,
+    source: str,
+    rows: NDArray[np.intp] | None = None,
+    rejected: Sequence[BadRow] = (),
+) -> Recording:
+    """A recording from raw arrays (N,) and (N, n): rows that cannot be are left out and named.
+
+    Left out: values that are not finite, absurd ones, a clock that stands or runs backwards, bursts between impossible
+    steps of position. Raises InputError for degrees, milliseconds, under two seconds, over half the rows bad.
+    """
+    rows = np.arange(1, len(time) + 1) if rows is None else rows
+    total = len(time) + len(rejected)
+    reasons = np.full(len(time), "", dtype=object)
+    channels = {"position": q, "velocity": dq, "effort": effort, "temperature": temperature}
+    _refuse_degrees(q, source)
+    finite = np.isfinite(time)
+    for name, values in channels.items():
+        if values is not None:
+            finite &= np.isfinite(values).all(axis=1)
+            with np.errstate(invalid="ignore"):
+                reasons[(np.abs(values) > ABSURD[name]).any(axis=1)] = (
+                    f"absurd {name} (above {ABSURD[name]:g} {UNITS[name]})"
+                )
+    reasons[~finite] = "a value is missing or not finite"
+    good = np.flatnonzero(reasons == "")
+    late = good[_not_increasing(time[good])]
+    reasons[late] = "the clock stands or runs backwards"
+    good = np.flatnonzero(reasons == "")
+    reasons[good[_bursts(time[good], q[good])]] = f"between two jumps of position (above {MAX_SPEED:g} rad/s)"
+    keep = reasons == ""
+    bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
+    if len(bad) > total / 2:
+        first = min(bad, key=lambda b: b.row)
+        raise InputError(
+            f"{source}: {len(bad)} of {total} rows are bad (row {first.row}: {first.reason}); expected under half: check --columns and units"
+        )
+    time = np.array(time[keep], dtype=float)
+    _check_clock(time, source)
+
+    def kept(values: Array | None) -> Array | None:
+        return None if values is None else np.array(values[keep], dtype=float)
+
+    q, effort = np.array(q[keep], dtype=float), np.array(effort[keep], dtype=float)
+    order = tuple(sorted(bad, key=lambda b: b.row))
+    return Recording(time, q, effort, effort_kind, kept(dq), kept(temperature), source=source, rejected=order)
+
+
+def _refuse_degrees(q: Array, source: str) -> None:
+    with np.errstate(invalid="ignore"):
+        wide = np.abs(q)
+        wide = wide[(wide < MAX_DEGREES).all(axis=1)]
+    if len(wide) and np.mean((wide > MAX_POSITION).any(axis=1)) > 0.05:
+        joint = int(np.argmax(np.median(wide, axis=0))) + 1
+        value = np.median(wide[:, joint - 1])
+        raise InputError(
+            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians: convert degrees"
+        )
+
+
+def _check_clock(time: Array, source: str) -> None:
+    if len(time) < 2 or time[-1] - time[0] < MIN_DURATION:
+        length = time[-1] - time[0] if len(time) else 0.0
+        raise InputError(
+            f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?"
+        )
+    step = float(np.median(np.diff(time)))
+    if step > MAX_STEP:
+        raise InputError(
+            f"{source}: rows are {step:.4g} s apart, expected at most {MAX_STEP} s: is the clock in milliseconds? convert to seconds"
+        )
+
+
+def _not_increasing(time: Array) -> NDArray[np.intp]:
+    """Indices outside the longest strictly increasing subsequence: the fewest rows whose removal mends the clock."""
+    if len(time) < 2 or (np.diff(time) > 0).all():
+        return np.empty(0, dtype=np.intp)
+    tails: list[float] = []
+    ends: list[int] = []
+    before = np.full(len(time), -1)
+    for i, t in enumerate(time.tolist()):
+        k = bisect_left(tails, t)
+        before[i] = ends[k - 1] if k else -1
+        tails[k : k + 1], ends[k : k + 1] = [t], [i]
+    kept = np.zeros(len(time), dtype=bool)
+    i = ends[-1]
+    while i >= 0:
+        kept[i] = True
+        i = before[i]
+    return np.flatnonzero(~kept)
+
+
+def position_jumps(time: Array, q: Array) -> NDArray[np.intp]:
+    """Rows k (sorted) where the step of position from row k-1 is faster than any arm can move."""
+    if len(time) < 2:
+        return np.empty(0, dtype=np.intp)
+    step = np.diff(time)
+    allowed = MAX_SPEED * np.maximum(step, np.median(step))
+    return np.flatnonzero((np.abs(np.diff(q, axis=0)) > allowed[:, None]).any(axis=1)) + 1
+
+
+def _bursts(time: Array, q: Array) -> NDArray[np.intp]:
+    """Rows of short runs between impossible steps of position."""
+    jumps = position_jumps(time, q)
+    if not len(jumps):
+        return jumps
+    runs = np.split(np.arange(len(time)), jumps)
+    short = [run for run in runs if len(run) < MIN_RUN]
+    return np.concatenate(short) if short else np.empty(0, dtype=np.intp)

@@ -1,0 +1,120 @@
+"""What to record next: only what follows from this diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from physident.diagnosis.result.assemble import separating
+from physident.diagnosis.result.findings import Finding, Rival
+from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.wording import cause, effect_words, in_words, listed, numbered
+from physident.report.markup import Markup, tag
+from physident.report.sections.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
+
+SLOW = 0.5  # of the residual's power below 0.2 Hz
+SHARE = 0.1  # of the residual's power: a smaller dependence is no lead
+LEADS = {
+    "velocity": "move at several constant speeds in both directions",
+    "position": "move each joint alone and slowly through its whole range, in both directions",
+    "load": "record the same motion with and without a known load",
+    "time": "record the same motion again later in the same session",
+}
+
+
+def advice(c: Contents) -> Markup:
+    """A list, or the statement that nothing more is needed."""
+    items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_vague(c), *_remainder(c), *_unseen(c), *_held(c)]
+    if not items:
+        items = ["Nothing more is needed for this answer."]
+    return tag("section", tag("h2", "What to record next"), tag("ul", *(tag("li", item) for item in items)))
+
+
+def _incomplete(c: Contents) -> list[str]:
+    if not c.incomplete:
+        return []
+    return [
+        "First ask what is missing from the model: physident diagnose --model MODEL with the recordings it was fitted to."
+    ]
+
+
+def _rivals(c: Contents) -> list[str]:
+    return [
+        f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
+        for f in c.findings
+        for r in f.rivals
+    ]
+
+
+def _separating(c: Contents, f: Finding, r: Rival) -> str:
+    """What separates a rival: the command that designs the motion, and how either shows."""
+    if r.effect == f.effect:
+        return "move these joints one at a time"
+    return in_words(separating(c.question, f.effect, f.joints, r))
+
+
+def _holdout(c: Contents) -> list[str]:
+    if not c.findings or c.scored_on == "holdout":
+        return []
+    return [
+        "One more recording of another motion, kept from identify and diagnose and given to diagnose as --holdout: the"
+        " gains of this page are of left-out rows of the recordings that were diagnosed."
+    ]
+
+
+def _vague(c: Contents) -> list[str]:
+    wide = [
+        f"{effect_words(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
+        for f in c.findings
+        for v in f.parameters
+        if v.interval95[0] < 0 < v.interval95[1]
+    ]
+    if not wide or any(f.effect == "contact" for f in c.findings):
+        return []
+    return [f"A longer recording, or more of them: intervals hold zero for {listed(list(dict.fromkeys(wide)))}."]
+
+
+def _remainder(c: Contents) -> list[str]:
+    left = c.structured
+    if not left:
+        return []
+    items = []
+    if c.noise_floor is None:
+        items.append(
+            f"One motion twice, exactly: what both runs leave on {_joints([r.joint for r in left])} belongs to the arm,"
+            " the rest is noise. No motion was repeated here."
+        )
+    if slow := [r.joint for r in left if r.slow > SLOW]:
+        items.append(
+            f"The residual of {_joints(slow)} is mostly slower than 0.2 Hz: repeat a motion cold and warm, with"
+            " temperature_1.. where the controller knows them."
+        )
+    for key, text in LEADS.items():
+        if joints := [r.joint for r in left if getattr(r, key) > SHARE]:
+            items.append(f"What remains of {_joints(joints)} goes with {key}: {text}.")
+    return items
+
+
+def _unseen(c: Contents) -> list[str]:
+    items = []
+    reasons = by_reason(c)
+    # of a joint about a vertical axis no motion shows the zero
+    if still := [name for name in reasons.get(NONE_OF_ITS_OWN, {}) if name != "joint_zero_offset"]:
+        items.append(
+            f"Motions that bring out {listed([effect_words(name) for name in still])}: here they showed no torque of their own."
+        )
+    if IN_MODEL in reasons:
+        items.append(
+            "The same arm again, without fitting the model to it: only a new recording shows whether a parameter that"
+            " the model has already has changed."
+        )
+    return items
+
+
+def _held(c: Contents) -> list[str]:
+    if not c.held:
+        return []
+    return ["Motions that show the parameters that were never identified: physident inspect --robot ... --effects all."]
+
+
+def _joints(joints: Sequence[int]) -> str:
+    return f"joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"

@@ -1,0 +1,76 @@
+"""The answer first: the verdict in words, what it gains, and how far it can be trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.wording import REMAINS, headline, listed
+from physident.report.markup import Markup, joined, tag
+from physident.report.numbers import SPACE, change, number, percent, quantity
+from physident.view.figures.residual import torque_units
+
+MARKS = {
+    "explained": "explained",
+    "partly_explained": "partly explained",
+    "nothing_missing": "nothing missing",
+    "unexplained": "unexplained",
+}
+WORSE = 1.0  # %: a smaller rise is no news
+
+
+def answer(c: Contents) -> Markup:
+    """The head of the page."""
+    return tag(
+        "header",
+        tag(
+            "p", f"Diagnosis of {c.model.robot.name}", " ", tag("b", MARKS[c.verdict], class_=c.verdict), class_="mark"
+        ),
+        tag("h1", headline(c.question, c.verdict, c.findings)),
+        tag("p", *_gains(c), REMAINS[c.verdict], class_="lead"),
+        *_cautions(c),
+    )
+
+
+def judged_on(c: Contents) -> str:
+    """Which rows the errors before and after are of."""
+    if c.scored_on != "holdout":
+        return "rows of the diagnosed recordings that were left out while fitting"
+    files = [c.shown(used.path) for used in c.recordings if used.role == "holdout"]
+    return f"{listed(files) if len(files) < 4 else f'{len(files)} recordings'}, which nothing had been fitted to"
+
+
+def _gains(c: Contents) -> list[str]:
+    if not c.findings:
+        return []
+    units, before, after = torque_units(c.model.robot), c.before.rms, c.after.rms
+    moved = np.array([change(b, a) for b, a in zip(before, after, strict=True)])
+    best = int(np.argmin(moved))
+    if moved[best] >= 0:
+        return [f"On {judged_on(c)}, the extended model is no better on any joint. "]
+    text = (
+        f"On {judged_on(c)}, the torque error of joint{SPACE}{best + 1} falls by {percent(-moved[best])},"
+        f" from {number(before[best])} to {quantity(after[best], units[best])} RMS"
+    )
+    others = [f"{j + 1} (by {percent(-m)})" for j, m in enumerate(moved) if m < -5 and j != best]
+    text += f", and of joint{'s' if len(others) > 1 else ''} {listed(others)}." if others else "."
+    worse = [f"{j + 1} (by {percent(m)})" for j, m in enumerate(moved) if m > WORSE]
+    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}. " if worse else " "]
+
+
+def _cautions(c: Contents) -> list[Markup]:
+    """What must be known before the answer is used."""
+    said = []
+    if passed := [p for p in c.placebos if p.passed]:
+        said.append(
+            f"{len(passed)} of {len(c.placebos)} placebos, columns that cannot be a cause, were accepted too:"
+            " distrust this diagnosis."
+        )
+    if c.incomplete and c.findings:
+        said.append("The model left more than noise of its own recordings: what it lacks shows here as if it were new.")
+    if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
+        said.append(
+            f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause that these recordings"
+            " cannot tell from it: see below."
+        )
+    return [tag("p", joined(tag("strong", "Mind: "), " ".join(said)), class_="caution")] if said else []

@@ -1,0 +1,99 @@
+"""Each finding: what it is, what it gains, its parameters with intervals and units, and what it could be confused with."""
+
+from __future__ import annotations
+
+import inspect
+
+from physident.diagnosis.result.findings import Finding, Rival, Value
+from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.wording import cause, effect_words, listed
+from physident.effects.catalogue import CATALOGUE
+from physident.report.markup import Markup, joined, table, tag
+from physident.report.numbers import number, percent, quantity
+from physident.view.figures.residual import torque_units
+from physident.view.style import effect_colour
+
+
+def causes(c: Contents) -> list[Markup]:
+    """One card for each finding, the one with most evidence first."""
+    if not c.findings:
+        return []
+    cards = [_card(c, n, finding) for n, finding in enumerate(c.findings, 1)]
+    return [tag("section", tag("h2", "What was found"), *cards)]
+
+
+def _card(c: Contents, n: int, f: Finding) -> Markup:
+    effect = CATALOGUE[f.effect]
+    equation = (inspect.getdoc(effect) or "").split("\n\n")[0].replace("``", "")
+    title = cause(f.effect, f.joints)
+    return tag(
+        "article",
+        tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
+        *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
+        tag("p", *_gain(c, f)),
+        *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
+        *_parameters(f),
+        *_rivals(f),
+        tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
+        style=f"border-color:{effect_colour(f.effect)}",
+    )
+
+
+def _gain(c: Contents, f: Finding) -> list[str]:
+    units = {torque_units(c.model.robot)[j - 1] for j in f.joints} or {*torque_units(c.model.robot)}
+    unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
+    where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
+    return [
+        f"On rows that were left out of the fit it takes the error of {where}, weighted by noise, from ",
+        f"{number(f.gain.rms_before)} to {quantity(f.gain.rms_after, unit)} RMS: ",
+        tag("strong", f"{percent(f.gain.reduction_percent)} less"),
+        f" (95 % interval {percent(low)} to {percent(high)}).",
+    ]
+
+
+def _times(f: Finding) -> str:
+    return listed([f"from {start:.2f} to {end:.2f} s" for start, end in f.intervals])
+
+
+def _recording(c: Contents, f: Finding) -> str:
+    paths = [used.path for used in c.recordings if used.sha256 == f.recording]
+    return c.shown(paths[0]) if paths else "its recording"
+
+
+def _parameters(f: Finding) -> list[Markup]:
+    if not f.parameters:
+        return []
+    head = ["parameter", *(["joint"] if f.joints else []), "value", "95 % interval"]
+    changed = any(v.change != v.value for v in f.parameters)
+    return [
+        table([*head, *(["change"] if changed else [])], [_row(f, v, changed) for v in f.parameters], class_="numbers")
+    ]
+
+
+def _row(f: Finding, v: Value, changed: bool) -> list[str]:
+    low, high = v.interval95
+    name = effect_words(v.name) if v.name == f.effect else v.name
+    interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
+    row = [name, *([str(v.joint)] if f.joints else []), quantity(v.value, v.unit), interval]
+    return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
+
+
+def _end(v: Value) -> list[Markup]:
+    return [tag("small", " at the end of the range that is searched")] if v.at_end else []
+
+
+def _zero(low: float, high: float) -> list[Markup]:
+    return [tag("small", " holds zero")] if low < 0 < high else []
+
+
+def _rivals(f: Finding) -> list[Markup]:
+    if not f.rivals:
+        return []
+    others = " or ".join(_instead(f, r) for r in f.rivals)
+    return [tag("p", tag("strong", "It could also be "), f"{others}. These recordings cannot tell.", class_="caution")]
+
+
+def _instead(f: Finding, r: Rival) -> str:
+    """A rival, and where it stands in for a part of the finding only."""
+    part = len(r.joints) < len(f.joints) and set(r.joints) < set(f.joints)
+    return cause(r.effect, r.joints) + (", instead of its part there" if part else "")

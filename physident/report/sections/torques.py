@@ -1,0 +1,95 @@
+"""Measured torque beside what the model as it came and the extended model predict, and what each leaves, joint by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.wording import came
+from physident.effects.contact import Contact
+from physident.errors import InputError
+from physident.report.chart import Line, legend, line_chart
+from physident.report.markup import Markup, tag
+from physident.report.numbers import arrow, change, percent
+from physident.report.reread import Reread
+from physident.validation.comparison import Pair, predict_pair, rms
+from physident.view import style
+from physident.view.figures.residual import torque_units
+
+DRAWN = 2  # recordings
+EXTENDED = "extended model"
+
+
+def torques(c: Contents, read: Sequence[Reread]) -> Markup:
+    """Charts of the recordings that could be read again; what could not is said."""
+    drawn = _chosen(c, read)
+    lost = [one for one in read if one.recording is None]
+    said = [tag("p", f"{c.shown(one.used.path)}: {one.said}. No torque of it is drawn.") for one in lost]
+    if more := [c.shown(one.used.path) for one in read if one not in drawn and one not in lost]:
+        said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
+    if not drawn:
+        said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
+    charts = [part for one in drawn for part in _charts(c, one)]
+    return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *said)
+
+
+def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
+    """First the recordings with a contact that was found, then those nobody fitted, then the diagnosed ones."""
+    touched = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
+    had = [one for one in read if one.recording is not None]
+    rank = sorted(had, key=lambda one: (one.used.sha256 not in touched, one.used.role != "holdout"))
+    wanted = [one for one in rank if one.used.sha256 in touched or one.used.role == "holdout"]
+    return (wanted or rank[:1])[:DRAWN]
+
+
+def _charts(c: Contents, one: Reread) -> list[Markup]:
+    assert one.recording is not None
+    head = tag("h3", c.shown(one.used.path))
+    try:
+        pair = predict_pair(c.model, c.extended, [one.recording], c.filter, c.drive_gains)
+    except InputError as error:
+        return [head, tag("p", f"Read again, but its torque cannot be predicted: {error}.")]
+    names = [("measured", style.MEASURED), (came(c.question), style.RESIDUAL)]
+    if pair.after is not None:
+        names.append((EXTENDED, style.PREDICTED))
+    text = "which nothing had been fitted to" if one.used.role == "holdout" else "which was diagnosed"
+    bands = _bands(c, one.used.sha256)
+    shaded = " Shaded: contact." if bands else ""
+    start = float(one.recording.time[0])
+    return [
+        head,
+        tag("p", f"A recording {text}. Torque after the low-pass, where the arm moves.{shaded}"),
+        legend(names),
+        tag("div", *(_joint(c, pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
+    ]
+
+
+def _bands(c: Contents, sha256: str) -> list[tuple[float, float]]:
+    effects = c.extended.effects if c.extended is not None else ()
+    found = [e for e in effects if isinstance(e, Contact) and e.recording in ("", sha256)]
+    return [interval for effect in found for interval in effect.intervals]
+
+
+def _joint(c: Contents, pair: Pair, j: int, start: float, bands: Sequence[tuple[float, float]]) -> Markup:
+    unit, robot = torque_units(c.model.robot)[j], c.model.robot
+    rows = np.flatnonzero(pair.before.counted[:, j])
+    title = f"Joint {j + 1}, {robot.joint_names[j]}"
+    if not len(rows):
+        return tag("figure", tag("figcaption", f"{title}: no row counts"))
+    time = pair.before.time[rows] - start
+    colours = (style.RESIDUAL, style.PREDICTED)
+    models = list(zip((came(c.question), EXTENDED), pair.both, colours, strict=False))
+    predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
+    left = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
+    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
+    sizes = [float(rms(p)[j]) for p in pair.both]
+    text = arrow(sizes, unit)
+    moved = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
+    return tag(
+        "figure",
+        tag("figcaption", tag("strong", title), f" residual {text} RMS{moved}"),
+        line_chart([measured, *predicted], unit, "torque", bands),
+        line_chart(left, unit, "residual", bands),
+    )
