@@ -30,7 +30,7 @@ def main() -> None:
     data = need_data("ur10e")
     robot = pid.load_robot(data / "ur10e.urdf")
     unseen, *runs = pid.load_recordings(str(data / "ur-20_02_*.csv"), columns=UR10E_COLUMNS, drive_gains=UR10E_GAINS)
-    found = pid.diagnose(pid.identify(robot, runs), runs, holdout=[unseen])
+    found = pid.diagnose_motion(pid.identify(robot, runs), runs, holdout=[unseen])
     after = None if found.estimate is None else found.estimate.model
     pair = predict_pair(found.model, after, [unseen], found.filter, found.drive_gains)
     title = f"UR10e, a run that nobody fitted. {headline(found.question, found.verdict, found.findings)}"

@@ -34,7 +34,7 @@ def main() -> None:
     robot = pid.load_robot(data / "ur10e.urdf")
     unseen, *runs = pid.load_recordings(str(data / "ur-20_02_*.csv"), columns=UR10E_COLUMNS, drive_gains=UR10E_GAINS)
     nominal = pid.identify(robot, runs)
-    found = pid.diagnose(nominal, runs, holdout=[unseen])
+    found = pid.diagnose_motion(nominal, runs, holdout=[unseen])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "session.rrd")
         pid.view({"identified": nominal}, unseen, found, to=path)

@@ -18,9 +18,10 @@ _PUBLIC = {
     "CATALOGUE": "effects.catalogue",
     "make_effects": "effects.catalogue",
     "diagnose": "diagnosis.diagnose",
+    "diagnose_motion": "diagnosis.diagnose",
     "diagnose_at_rest": "diagnosis.at_rest.at_rest",
     "AtRest": "diagnosis.at_rest.poses",
-    "Diagnosis": "diagnosis.result.findings",
+    "Diagnosis": "diagnosis.result.diagnosis",
     "Finding": "diagnosis.result.findings",
     "InputError": "errors",
     "NotSolvedError": "errors",
@@ -89,8 +90,9 @@ __all__ = [*_PUBLIC, "__version__"]
 if TYPE_CHECKING:
     from physident.diagnosis.at_rest.at_rest import diagnose_at_rest
     from physident.diagnosis.at_rest.poses import AtRest
-    from physident.diagnosis.diagnose import diagnose
-    from physident.diagnosis.result.findings import Diagnosis, Finding
+    from physident.diagnosis.diagnose import diagnose, diagnose_motion
+    from physident.diagnosis.result.diagnosis import Diagnosis
+    from physident.diagnosis.result.findings import Finding
     from physident.dynamics.model import Model
     from physident.dynamics.regressor import Regressor, build_regressor
     from physident.effects.catalogue import CATALOGUE, make_effects

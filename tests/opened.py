@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.diagnosis.problem.problem import Case
-from physident.diagnosis.problem.question import ask
-from physident.diagnosis.search.forward_search import settled
-from physident.diagnosis.search.hypothesis import State
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.problem.question import choose_question
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Sensors, multisine, record
 
@@ -25,9 +25,11 @@ def record_healthy(folder: Path) -> list[pid.Recording]:
     return [pid.load_recording(folder / f"{seed}.csv") for seed in SEEDS]
 
 
-def opened(robot: pid.Robot, runs: list[pid.Recording], change: np.ndarray | None = None) -> State:
+def opened(robot: pid.Robot, runs: list[pid.Recording], change: np.ndarray | None = None) -> Hypothesis:
     """The recordings from the third on put to the model of the first two, with a torque (N, 6) added to them."""
     estimate = pid.identify(robot, runs[:2])
     asked = [r if change is None else replace(r, effort=r.effort + change[: len(r.time)]) for r in runs[2:]]
     signals = prepare_all(robot, asked, estimate.filter)
-    return settled(Case.open(ask(estimate, runs[2:]), estimate, signals, estimate.filter, 0), ())
+    return settled_hypothesis(
+        state_problem(choose_question(estimate, runs[2:]), estimate, signals, estimate.filter, 0), ()
+    )

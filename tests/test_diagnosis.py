@@ -43,7 +43,7 @@ def estimate(ur5: pid.Robot, clean: list[pid.Recording]) -> pid.Estimate:
 
 @pytest.fixture(scope="module")
 def different(estimate: pid.Estimate, changed: list[pid.Recording]) -> pid.Diagnosis:
-    return pid.diagnose(estimate, changed)
+    return pid.diagnose_motion(estimate, changed)
 
 
 def test_two_hidden_changes_are_named_on_their_joints_with_their_values(different: pid.Diagnosis) -> None:
@@ -81,14 +81,14 @@ def test_the_extended_model_predicts_an_unseen_run_of_the_changed_arm(
 
 
 def test_an_unchanged_arm_is_accused_of_nothing(estimate: pid.Estimate, clean: list[pid.Recording]) -> None:
-    diagnosis = pid.diagnose(estimate, clean[2:])
+    diagnosis = pid.diagnose_motion(estimate, clean[2:])
     assert diagnosis.findings == ()
     assert diagnosis.estimate is None
 
 
 def test_what_a_model_was_fitted_without_is_missing_from_it(ur5: pid.Robot, changed: list[pid.Recording]) -> None:
     fitted = pid.identify(ur5, changed)
-    diagnosis = pid.diagnose(fitted, changed)
+    diagnosis = pid.diagnose_motion(fitted, changed)
     assert diagnosis.question == "missing"
     first = diagnosis.findings[0]
     assert (first.effect, first.joints) == ("load_dependent_friction", (2,))
@@ -101,7 +101,7 @@ def test_what_a_model_was_fitted_without_is_missing_from_it(ur5: pid.Robot, chan
 
 def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estimate, folder: Path) -> None:
     arm = hide(Arm(), "contact", (), 20.0, start=6.0, end=7.5, direction=(0.0, 1.0, 0.0))
-    diagnosis = pid.diagnose(estimate, [recorded(folder, "contact", arm, 13)])
+    diagnosis = pid.diagnose_motion(estimate, [recorded(folder, "contact", arm, 13)])
     (finding,) = diagnosis.findings
     assert (finding.effect, finding.joints) == ("contact", ())
     ((start, end),) = finding.intervals
@@ -116,7 +116,7 @@ def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estim
 def test_the_same_seed_gives_the_same_diagnosis(
     different: pid.Diagnosis, estimate: pid.Estimate, changed: list[pid.Recording]
 ) -> None:
-    again = pid.diagnose(estimate, changed)
+    again = pid.diagnose_motion(estimate, changed)
     assert json.dumps(again.as_dict()) == json.dumps(different.as_dict())
 
 
@@ -124,17 +124,17 @@ def test_a_mixture_of_fitted_and_new_recordings_is_refused(
     estimate: pid.Estimate, clean: list[pid.Recording], changed: list[pid.Recording]
 ) -> None:
     with pytest.raises(pid.InputError, match="fitted"):
-        pid.diagnose(estimate, [clean[0], changed[0]])
+        pid.diagnose_motion(estimate, [clean[0], changed[0]])
     with pytest.raises(pid.InputError, match="no recordings"):
-        pid.diagnose(estimate, [])
+        pid.diagnose_motion(estimate, [])
     with pytest.raises(pid.InputError, match="holdout"):
-        pid.diagnose(estimate, changed, holdout=changed[:1])
+        pid.diagnose_motion(estimate, changed, holdout=changed[:1])
 
 
 def test_currents_without_gains_are_refused(estimate: pid.Estimate, clean: list[pid.Recording]) -> None:
     current = replace(clean[2], effort_kind="current")
     with pytest.raises(pid.InputError, match="drive gains"):
-        pid.diagnose(estimate, [current])
+        pid.diagnose_motion(estimate, [current])
 
 
 def test_the_command_writes_json_and_the_extended_model(

@@ -12,7 +12,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.diagnosis.at_rest.at_rest import breakaway, standing
+from physident.diagnosis.at_rest.at_rest import breakaway, is_at_rest
 
 Q = np.array([0.3, -1.2, 0.9, -0.4, 1.1, 0.2])
 DRY = np.array([10.0, 12.0, 8.0, 2.0, 2.5, 1.5])  # N m
@@ -95,7 +95,7 @@ def test_the_command_line_takes_poses_as_they_are(
 
     as_estimate(model, pid.Filter()).save(tmp_path / "model.json")
     recording = pose(tmp_path, "pose.csv", gravity(model.robot, Q) + 0.5 * DRY)
-    assert standing([recording])
+    assert is_at_rest([recording])
     base = ["diagnose", "--model", str(tmp_path / "model.json"), recording.source]
     assert run([*base, "--json", str(tmp_path / "found.json")]) == 0
     assert "friction can hold" in capsys.readouterr().out

@@ -8,10 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from physident.diagnosis.problem.baseline_fit import fit_baseline
 from physident.diagnosis.problem.candidates import Candidate, Option
-from physident.diagnosis.problem.evidence import OUTSIDE, Baseline, Evidence, blocks, fit, folds
-from physident.diagnosis.statistics.left_out_gains import gains, shares
-from physident.diagnosis.statistics.left_out_residuals import Folded, block_costs
+from physident.diagnosis.problem.folds import blocks, split_into_folds
+from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
+from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.diagnosis.statistics.left_out_residuals import LeftOutFits, block_costs
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.effect import Column
 
@@ -25,7 +27,7 @@ OPTIONS = (
 ROWS = ((0, 1, 4), (2, 3, 4))  # which joint has which columns
 
 
-def made(prior: float) -> tuple[Evidence, Baseline]:
+def made(prior: float) -> tuple[SearchData, Baseline]:
     rng = np.random.default_rng(8)
     base = tuple(rng.standard_normal((M, 5)) for _ in range(N))
     joints = tuple(JointRows(np.array(own), rng.standard_normal((M, len(own)))) for own in ROWS)
@@ -40,18 +42,20 @@ def made(prior: float) -> tuple[Evidence, Baseline]:
     )
     fold = np.repeat([0, 1, 2, 3], 60)
     fold[[60, 61, 120, 180]] = OUTSIDE
-    return Evidence(regressor, candidates, torque, fold, np.ones(N)), Baseline(base, np.full(5, prior))
+    return SearchData(
+        regressor=regressor, candidates=candidates, response=torque, fold=fold, memory=np.ones(N)
+    ), Baseline(base, np.full(5, prior))
 
 
-def stacked(evidence: Evidence, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...]) -> np.ndarray:
+def stacked(evidence: SearchData, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...]) -> np.ndarray:
     """Rows (M, n, 5 + k) of the baseline and some columns, in units of the noise."""
     rows = []
     for j in range(N):
-        rows.append(weights[j] * np.column_stack([baseline.joints[j], evidence.columns(j, columns)]))
+        rows.append(weights[j] * np.column_stack([baseline.joints[j], evidence.joint_columns(j, columns)]))
     return np.stack(rows, axis=1)
 
 
-def refitted(evidence: Evidence, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...], f: int) -> tuple:
+def refitted(evidence: SearchData, baseline: Baseline, weights: np.ndarray, columns: tuple[int, ...], f: int) -> tuple:
     """Cost on the other folds and costs (n,) on fold f of a plain least-squares fit on the other folds."""
     A, y = stacked(evidence, baseline, weights, columns), evidence.response * weights
     train, test = (evidence.fold != f) & (evidence.fold != OUTSIDE), evidence.fold == f
@@ -65,8 +69,8 @@ def refitted(evidence: Evidence, baseline: Baseline, weights: np.ndarray, column
 @pytest.mark.parametrize("prior", [0.0, 50.0])
 def test_gains_are_those_of_refits_with_the_shape_chosen_outside_the_fold(prior: float) -> None:
     evidence, baseline = made(prior)
-    now = fit(evidence, baseline)
-    found = gains(evidence, baseline, now, evidence.response[:, :, None])
+    now = fit_baseline(evidence, baseline)
+    found = left_out_gains(evidence, baseline, now, evidence.response[:, :, None])
     for f in range(4):
         _, before = refitted(evidence, baseline, now.weights, (), f)
         np.testing.assert_allclose(found.before[f, :, 0], before, rtol=1e-8)
@@ -78,13 +82,13 @@ def test_gains_are_those_of_refits_with_the_shape_chosen_outside_the_fold(prior:
 
 def test_row_by_row_residuals_add_up_to_the_same_costs() -> None:
     evidence, baseline = made(2.0)
-    now = fit(evidence, baseline)
-    found = gains(evidence, baseline, now, evidence.response[:, :, None])
+    now = fit_baseline(evidence, baseline)
+    found = left_out_gains(evidence, baseline, now, evidence.response[:, :, None])
     labels = blocks(evidence, 2.0)
     for c, candidate in enumerate(evidence.candidates):
-        options = [evidence.everywhere(option.columns) for option in candidate.options]
-        after = block_costs(Folded(evidence, baseline, now.weights).residual(options), now.weights, labels)
-        before = block_costs(Folded(evidence, baseline, now.weights).residual(), now.weights, labels)
+        options = [evidence.columns(option.columns) for option in candidate.options]
+        after = block_costs(LeftOutFits(evidence, baseline, now.weights).residual(options), now.weights, labels)
+        before = block_costs(LeftOutFits(evidence, baseline, now.weights).residual(), now.weights, labels)
         np.testing.assert_allclose(
             (before - after).sum(axis=0), found.gain[c, :, :, 0].sum(axis=0), rtol=1e-7, atol=1e-7
         )
@@ -92,24 +96,23 @@ def test_row_by_row_residuals_add_up_to_the_same_costs() -> None:
 
 def test_a_column_of_the_baseline_has_no_share_and_one_across_it_has_all() -> None:
     evidence, baseline = made(0.0)
-    inside = Baseline((np.column_stack([baseline.joints[0], evidence.columns(0, (0,))]),
-                       np.column_stack([baseline.joints[1], evidence.columns(1, (0,))])), np.zeros(6))  # fmt: skip
-    one = Evidence(evidence.regressor, (Candidate("own", (1,), (Option(None, (0,)),)),), evidence.response,
-                   evidence.fold, evidence.memory)  # fmt: skip
-    assert shares(one, inside, np.ones(N))[0] < 1e-10
-    assert shares(one, Baseline((np.zeros((M, 1)),) * 2, np.ones(1)), np.ones(N))[0] == pytest.approx(1.0)
+    inside = Baseline((np.column_stack([baseline.joints[0], evidence.joint_columns(0, (0,))]),
+                       np.column_stack([baseline.joints[1], evidence.joint_columns(1, (0,))])), np.zeros(6))  # fmt: skip
+    one = replace(evidence, candidates=(Candidate("own", (1,), (Option(None, (0,)),)),))
+    assert visible_shares(one, inside, np.ones(N))[0] < 1e-10
+    assert visible_shares(one, Baseline((np.zeros((M, 1)),) * 2, np.ones(1)), np.ones(N))[0] == pytest.approx(1.0)
 
 
 def test_folds_are_recordings_from_four_on_else_blocks_with_gaps() -> None:
     evidence, baseline = made(0.0)
-    now = fit(evidence, baseline)
-    labels = folds(evidence, baseline, now, 3.0, 1, seed=0)
+    now = fit_baseline(evidence, baseline)
+    labels = split_into_folds(evidence, baseline, now, 3.0, 1, seed=0)
     assert set(labels) >= {OUTSIDE, 0, 1, 2, 3}
     for a, b in itertools.pairwise(labels):
         assert a == b or OUTSIDE in (a, b)  # blocks never touch
     recording = np.repeat(np.arange(5), 48)
     several = replace(evidence, regressor=replace(evidence.regressor, recording=recording))
-    assert (folds(several, baseline, now, 3.0, 5, seed=0) == recording).all()
+    assert (split_into_folds(several, baseline, now, 3.0, 5, seed=0) == recording).all()
 
 
 def test_a_recording_that_shows_what_no_other_does_is_no_fold() -> None:
@@ -121,15 +124,17 @@ def test_a_recording_that_shows_what_no_other_does_is_no_fold() -> None:
         B * np.where((np.arange(B.shape[1]) == 0) & (recording[:, None] < 4), 1e-4, 1.0) for B in baseline.joints
     )
     one = Baseline(alone, baseline.prior)
-    labels = folds(several, one, fit(several, one), 3.0, 5, seed=0)
+    labels = split_into_folds(several, one, fit_baseline(several, one), 3.0, 5, seed=0)
     assert (labels != recording).any()
     assert len(np.unique(labels[recording == 4])) > 1
 
 
 def test_the_evidence_of_pure_noise_stays_small_and_that_of_the_truth_is_a_likelihood_ratio() -> None:
     evidence, baseline = made(0.0)
-    now = fit(evidence, baseline)
+    now = fit_baseline(evidence, baseline)
     noise = np.random.default_rng(4).standard_normal((M, N, 200))
-    found = gains(evidence, baseline, now, np.concatenate([evidence.response[:, :, None], noise], axis=2)).evidence
+    found = left_out_gains(
+        evidence, baseline, now, np.concatenate([evidence.response[:, :, None], noise], axis=2)
+    ).evidence
     assert np.median(found[:, 1:]) < 1.0  # overfitting costs on left-out rows
     assert found[1, 0] > found[1, 1:].max()

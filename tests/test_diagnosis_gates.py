@@ -8,125 +8,132 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.problem.evidence import OUTSIDE
 from physident.diagnosis.problem.row_noise import velocity_noise
-from physident.diagnosis.search import acceptance as gates
-from physident.diagnosis.search import forward_search as search
-from physident.diagnosis.search.acceptance import choose, possible_sign, touched
-from physident.diagnosis.search.candidate_scores import Look, look, surrogates
-from physident.diagnosis.search.contact import scan
-from physident.diagnosis.search.hypothesis import State
-from physident.diagnosis.statistics.left_out_gains import gains
-from physident.diagnosis.statistics.left_out_residuals import reduced
+from physident.diagnosis.problem.search_data import OUTSIDE
+from physident.diagnosis.search import acceptance, forward_search
+from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, contradiction
+from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates, surrogate_responses
+from physident.diagnosis.search.contact_scan import scan_contacts
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.identifiability.visibility import VISIBLE
 from tests.opened import opened
 from tests.plant import Arm, Sensors
 
 
 @pytest.fixture(scope="module")
-def healthy(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> State:
+def healthy(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> Hypothesis:
     return opened(ur5, healthy_runs)
 
 
 @pytest.fixture(scope="module")
-def seen(healthy: State) -> Look:
-    return look(healthy)
+def seen(healthy: Hypothesis) -> CandidateScores:
+    return score_candidates(healthy)
 
 
-def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: State, seen: Look) -> None:
-    fresh = replace(healthy, case=replace(healthy.case, seed=1))
-    responses = surrogates(fresh)
-    luckiest = gains(fresh.evidence, fresh.baseline, fresh.fit, responses).least[seen.share >= VISIBLE].max(axis=0)
+def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: Hypothesis, seen: CandidateScores) -> None:
+    fresh = replace(healthy, problem=replace(healthy.problem, seed=1))
+    responses = surrogate_responses(fresh)
+    luckiest = (
+        left_out_gains(fresh.data, fresh.baseline, fresh.fit, responses)
+        .gain_without_best_fold[seen.visible_share >= VISIBLE]
+        .max(axis=0)
+    )
     assert np.mean(luckiest > seen.threshold) < 0.04
-    assert np.mean(scan(fresh, responses).evidence > seen.touch) < 0.04
+    assert np.mean(scan_contacts(fresh, responses).evidence > seen.contact_threshold) < 0.04
 
 
-def test_a_gain_of_no_use_is_not_named_however_sure(healthy: State, seen: Look) -> None:
-    certain = replace(seen, threshold=-np.inf, share=np.ones_like(seen.share))
-    placebos = [c.placebo for c in healthy.evidence.candidates]
-    assert choose(replace(certain, gain=np.where(placebos, -np.inf, certain.gain))) is None
+def test_a_gain_of_no_use_is_not_named_however_sure(healthy: Hypothesis, seen: CandidateScores) -> None:
+    certain = replace(seen, threshold=-np.inf, visible_share=np.ones_like(seen.visible_share))
+    placebos = [c.placebo for c in healthy.data.candidates]
+    assert choose_candidate(replace(certain, gain=np.where(placebos, -np.inf, certain.gain))) is None
 
 
-def test_a_gain_that_one_block_makes_is_not_named(healthy: State, monkeypatch: pytest.MonkeyPatch) -> None:
-    candidate = healthy.evidence.candidates[0]
+def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
+    candidate = healthy.data.candidates[0]
     before = np.ones((16, 6))
     after = 1.02 * before
     after[3] = 0.0
 
-    def costs(state: State, one: object, weights: object = None) -> np.ndarray:
+    def costs(state: Hypothesis, one: object, weights: object = None) -> np.ndarray:
         return before if one is None else after
 
-    monkeypatch.setattr(gates, "costs", costs)
-    assert reduced(before.sum(axis=0), after.sum(axis=0)) > gates.LEAST_REDUCTION
-    assert not gates.useful(healthy, candidate)
+    monkeypatch.setattr(acceptance, "costs", costs)
+    assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > acceptance.LEAST_REDUCTION
+    assert not acceptance.is_useful(healthy, candidate)
 
 
 @pytest.mark.parametrize(("gain", "least", "share"), [(90.0, 5.0, 0.5), (90.0, 80.0, 1e-5)])
 def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
-    seen: Look, gain: float, least: float, share: float
+    seen: CandidateScores, gain: float, least: float, share: float
 ) -> None:
-    given = {"gain": np.full_like(seen.gain, gain), "least": np.full_like(seen.least, least)}
-    one = replace(seen, **given, share=np.full_like(seen.share, share), threshold=20.0)
-    assert not one.passes(0)
-    assert replace(one, least=one.gain, share=np.ones_like(one.share)).passes(0)
+    given = {"gain": np.full_like(seen.gain, gain), "least": np.full_like(seen.gain_without_best_fold, least)}
+    one = replace(seen, **given, visible_share=np.full_like(seen.visible_share, share), threshold=20.0)
+    assert not one.beats_chance(0)
+    assert replace(one, gain_without_best_fold=one.gain, visible_share=np.ones_like(one.visible_share)).beats_chance(0)
 
 
 def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
     v = healthy_runs[2].dq
     assert v is not None
     driven = opened(ur5, healthy_runs[:3], -3 * Arm().friction.coulomb * np.tanh(v / 0.01) * (np.arange(6) == 4))
-    (coulomb,) = (c for c in driven.evidence.candidates if c.key == ("coulomb_friction", (5,)))
-    assert "drive" in str(possible_sign(driven, coulomb))
-    assert ("coulomb_friction", (5,)) not in {c.candidate.key for c in search.search(driven.case).accepted}
+    (coulomb,) = (c for c in driven.data.candidates if c.key == ("coulomb_friction", (5,)))
+    assert "drive" in str(contradiction(driven, coulomb))
+    assert ("coulomb_friction", (5,)) not in {
+        c.candidate.key for c in forward_search.search_effects(driven.problem).accepted
+    }
 
 
-def test_a_contact_too_small_to_matter_is_not_named(seen: Look) -> None:
+def test_a_contact_too_small_to_matter_is_not_named(seen: CandidateScores) -> None:
     for reduction, felt, expected in ((10.0, 10.0, True), (1.0, 10.0, False), (10.0, 1.0, False)):
         strong = pressed(seen, 1e3, 1e3)
         found = replace(strong.contact, reduction=reduction, felt=felt)
-        assert touched(replace(strong, contact=found), None) is expected
+        assert contact_accepted(replace(strong, contact=found), None) is expected
 
 
-def test_a_contact_must_beat_its_own_surrogates_and_every_other_candidate(seen: Look) -> None:
+def test_a_contact_must_beat_its_own_surrogates_and_every_other_candidate(seen: CandidateScores) -> None:
     for evidence, rival, expected in ((1.1, None, True), (0.9, None, False), (1.1, 1.2, False), (1.1, 1.0, True)):
-        found = pressed(seen, evidence * seen.touch, 1e3)
-        assert touched(found, rival and rival * seen.touch) is expected
+        found = pressed(seen, evidence * seen.contact_threshold, 1e3)
+        assert contact_accepted(found, rival and rival * seen.contact_threshold) is expected
 
 
-def test_what_one_joint_alone_says_is_no_contact(seen: Look) -> None:
+def test_what_one_joint_alone_says_is_no_contact(seen: CandidateScores) -> None:
     for least, expected in ((1.1, True), (0.9, False)):
-        assert touched(pressed(seen, 1e3, least * seen.touch_least), None) is expected
+        assert contact_accepted(pressed(seen, 1e3, least * seen.contact_threshold_without_best_joint), None) is expected
 
 
-def pressed(seen: Look, evidence: float, least: float) -> Look:
+def pressed(seen: CandidateScores, evidence: float, least: float) -> CandidateScores:
     """A look whose contact has some evidence, less of it without the joint that speaks most, and is large enough."""
     S = seen.contact.evidence.shape
-    found = replace(seen.contact, evidence=np.full(S, evidence), least=np.full(S, least), reduction=10.0, felt=10.0)
+    found = replace(
+        seen.contact, evidence=np.full(S, evidence), gain_without_best_fold=np.full(S, least), reduction=10.0, felt=10.0
+    )
     return replace(seen, contact=found)
 
 
-def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(healthy: State) -> None:
+def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(healthy: Hypothesis) -> None:
     """What an uncertain parameter does to the torque is no effect: surrogates hold as much of it as its covariance says."""
     vague = 1e4  # as many times the variance: then it is nearly all that surrogates hold
     prior = healthy.baseline.prior / vague
     state = replace(healthy, baseline=replace(healthy.baseline, prior=prior))
-    known = healthy.case.freedom.prior > 0
-    counted = healthy.evidence.regressor.counted
+    known = healthy.problem.freedom.prior > 0
+    counted = healthy.data.regressor.counted
     expected = np.array(
         [
             np.sum((B[:, known] * seen[:, None]) ** 2 / prior[known])
             for B, seen in zip(state.baseline.joints, counted.T, strict=True)
         ]
     )
-    held = np.mean(np.sum(surrogates(state) ** 2, axis=0), axis=1)
+    held = np.mean(np.sum(surrogate_responses(state) ** 2, axis=0), axis=1)
     np.testing.assert_allclose(held, expected, rtol=0.3)
 
 
-def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: State) -> None:
-    signals = healthy.case.signals[0]
+def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: Hypothesis) -> None:
+    signals = healthy.problem.signals[0]
     np.testing.assert_allclose(velocity_noise(signals), Sensors().velocity_noise, rtol=0.2)
-    regressor, weights = healthy.evidence.regressor, healthy.case.weights
-    rows = (regressor.recording == 0) & (healthy.evidence.fold != OUTSIDE)
+    regressor, weights = healthy.data.regressor, healthy.problem.weights
+    rows = (regressor.recording == 0) & (healthy.data.fold != OUTSIDE)
     at = np.searchsorted(signals.time, regressor.time[rows])
     for j in range(6):
         slow = np.abs(signals.v[at, j]) < 0.01

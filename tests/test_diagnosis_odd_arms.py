@@ -26,7 +26,7 @@ def test_pushes_at_the_same_time_of_two_recordings_are_two_findings(
     healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording], tmp_path: Path
 ) -> None:
     both = [pushed(run, healthy_estimate.model.robot) for run in healthy_runs[2:]]
-    found = pid.diagnose(healthy_estimate, both)
+    found = pid.diagnose_motion(healthy_estimate, both)
     contacts = [f for f in found.findings if f.effect == "contact"]
     assert {f.recording for f in contacts} == {run.sha256 for run in both}
     for f in contacts:
@@ -55,7 +55,7 @@ def test_of_a_joint_that_never_moves_no_friction_is_told(
         q, dq = run.q.copy(), run.dq.copy()
         q[:, 0], dq[:, 0] = 0.3 + 1e-5 * rng.standard_normal(len(q)), 1e-4 * rng.standard_normal(len(q))
         still.append(replace(run, q=q, dq=dq))
-    found = pid.diagnose(healthy_estimate, still)
+    found = pid.diagnose_motion(healthy_estimate, still)
     accused = {(f.effect, j) for f in found.findings for j in f.joints}
     assert not {name for name, joint in accused if joint == 1 and ("friction" in name or "warm" in name)}
     reasons = {u.reason for u in found.unseen if (u.effect, u.joints) == ("coulomb_friction", (1,))}

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.result.findings import Levels, Unseen
+from physident.diagnosis.result.findings import JointErrors, Unseen
 from physident.diagnosis.result.text import WIDTH
-from physident.diagnosis.result.unexplained import Remainder
+from physident.diagnosis.result.unexplained import Unexplained
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
 
@@ -18,11 +18,13 @@ SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
 @pytest.fixture(scope="module")
 def diagnosis(ur5: pid.Robot) -> pid.Diagnosis:
     """Nothing found, and of every effect some joints that could not be told, for either reason."""
-    levels = Levels(np.ones(6), np.full(6, 10.0))
+    levels = JointErrors(np.ones(6), np.full(6, 10.0))
     unseen = [Unseen(name, (j,), (SILENT, INSIDE)[j % 2]) for name in pid.CATALOGUE for j in range(1, 7)]
     return pid.Diagnosis(
-        "missing", "nothing_missing", (), levels, levels, "left-out rows", None, (), tuple(unseen), (), (),
-        pid.Model.nominal(ur5), None, pid.Filter(), None, None, (),
+        question="missing", verdict="nothing_missing", findings=(), before=levels, after=levels, scored_on="left-out rows",
+        noise_floor=None, placebos=(), unseen=tuple(unseen), unexplained=(), recordings=(), model=pid.Model.nominal(ur5),
+        extended=None, estimate=None, filter=pid.Filter(), columns=None, drive_gains=None, unidentified=(), seed=0,
+        incomplete=(), recording_offsets=False,
     )  # fmt: skip
 
 
@@ -48,16 +50,21 @@ def test_no_reason_is_given_where_everything_could_be_told(diagnosis: pid.Diagno
 
 
 def test_a_noise_floor_that_nothing_measured_is_not_passed_over(diagnosis: pid.Diagnosis) -> None:
-    (row,) = [row for row in sentences(diagnosis) if "repeat" in row]
-    assert row.strip() == "does not repeat: not known, no motion was made twice"
-    (row,) = [row for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0))) if "repeat" in row]
+    (row,) = [row for row in sentences(diagnosis) if "noise floor" in row]
+    assert row.strip() == "noise floor: not known, because no motion was repeated"
+    (row,) = [row for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0))) if "noise floor" in row]
     assert [float(x) for x in row.split("]")[1].split()] == [1, 2, 3, 4, 5, 6]
 
 
 def test_what_lies_within_the_noise_floor_is_not_called_structure(diagnosis: pid.Diagnosis) -> None:
-    slow = Remainder(1, 1.0, 0.9, 2.0, 0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    slow = Unexplained(
+        joint=1, rms=1.0, lag_one=0.9, memory=2.0, white_memory=0.1, slow=0.5, peak=0.1, velocity=0.0, position=0.0,
+        load=0.0, time=0.0, order=1.0, order_share=0.0,
+    )  # fmt: skip
     assert slow.structured
-    within = replace(diagnosis, remainder=(slow,), noise_floor=np.ones(6))
-    assert "not larger than what differs where a motion repeats" in repr(within)
-    assert "is not noise" not in repr(within)
-    assert "is not noise" in repr(replace(within, verdict="unexplained"))
+    within = replace(diagnosis, unexplained=(slow,), noise_floor=np.ones(6))
+    assert within.structured == ()
+    assert "lies within the noise floor" in repr(within)
+    above = replace(within, noise_floor=np.full(6, 0.5))
+    assert above.structured == (slow,)
+    assert "unexplained structure in the residual" in repr(above)

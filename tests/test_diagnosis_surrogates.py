@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physident.diagnosis.statistics.surrogates import randomised
+from physident.diagnosis.statistics.surrogates import phase_randomised
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def residual() -> np.ndarray:
 
 def test_power_and_cross_power_at_every_frequency_are_kept(residual: np.ndarray) -> None:
     segment = np.repeat([0, 1], [301, 199])
-    made = randomised(residual, segment, 5, seed=1)
+    made = phase_randomised(residual, segment, 5, seed=1)
     for part in (0, 1):
         true = np.fft.rfft(residual[segment == part], axis=0)[1:]
         for s in range(5):
@@ -30,7 +30,7 @@ def test_power_and_cross_power_at_every_frequency_are_kept(residual: np.ndarray)
 
 
 def test_the_relation_to_the_original_is_gone_and_means_are_of_the_size_of_slow_noise(residual: np.ndarray) -> None:
-    made = randomised(residual + 1e3, np.zeros(500, dtype=int), 400, seed=2)
+    made = phase_randomised(residual + 1e3, np.zeros(500, dtype=int), 400, seed=2)
     assert np.abs(made.mean(axis=0)).max() < 100  # a constant is no noise
     left = residual - residual.mean(axis=0)
     along = np.einsum("mj,mjs->js", left, made) / np.sum(left**2, axis=0)[:, None]
@@ -39,5 +39,5 @@ def test_the_relation_to_the_original_is_gone_and_means_are_of_the_size_of_slow_
 
 def test_the_same_seed_draws_the_same(residual: np.ndarray) -> None:
     segment = np.zeros(500, dtype=int)
-    assert (randomised(residual, segment, 3, 5) == randomised(residual, segment, 3, 5)).all()
-    assert not np.allclose(randomised(residual, segment, 3, 5), randomised(residual, segment, 3, 6))
+    assert (phase_randomised(residual, segment, 3, 5) == phase_randomised(residual, segment, 3, 5)).all()
+    assert not np.allclose(phase_randomised(residual, segment, 3, 5), phase_randomised(residual, segment, 3, 6))

@@ -26,17 +26,17 @@ def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(
     healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
 ) -> None:
     asked = [healthy_runs[2], drifted(healthy_runs[3])]
-    plain = pid.diagnose(healthy_estimate, asked)
+    plain = pid.diagnose_motion(healthy_estimate, asked)
     assert plain.verdict in ("unexplained", "partly_explained")
-    assert plain.remainder[JOINT - 1].structured
-    allowed = pid.diagnose(healthy_estimate, asked, recording_offsets=True)
+    assert plain.unexplained[JOINT - 1].structured
+    allowed = pid.diagnose_motion(healthy_estimate, asked, recording_offsets=True)
     assert allowed.verdict == "nothing_missing"
     assert np.all(allowed.before.rms < 0.5 * DRIFT)
 
 
 def test_one_recording_cannot_drift(healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]) -> None:
     with pytest.raises(pid.InputError, match="recording_offsets came with one recording"):
-        pid.diagnose(healthy_estimate, healthy_runs[2:3], recording_offsets=True)
+        pid.diagnose_motion(healthy_estimate, healthy_runs[2:3], recording_offsets=True)
 
 
 def test_behind_a_drift_that_is_allowed_for_a_change_is_found(
@@ -47,6 +47,6 @@ def test_behind_a_drift_that_is_allowed_for_a_change_is_found(
     for run in (healthy_runs[2], drifted(healthy_runs[3])):
         assert run.dq is not None
         asked.append(replace(run, effort=run.effort + more * run.dq))
-    found = pid.diagnose(healthy_estimate, asked, recording_offsets=True)
+    found = pid.diagnose_motion(healthy_estimate, asked, recording_offsets=True)
     assert named(found) == {("viscous_friction", (5,))}
     assert found.findings[0].parameters[0].change == pytest.approx(more[4], rel=0.15)

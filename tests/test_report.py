@@ -44,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, ur5: pid.Robot) -> Path:
     folder = tmp_path_factory.mktemp("case")
     one, two = (made(ur5, folder / f"{name}.csv", seed) for seed, name in enumerate(("one", "two")))
     estimate = pid.identify(ur5, pid.load_recordings(one))
-    found = pid.diagnose(estimate, pid.load_recordings(one), pid.load_recordings(two))
+    found = pid.diagnose_motion(estimate, pid.load_recordings(one), pid.load_recordings(two))
     found.save(folder / "diagnosis.json")
     return folder
 
@@ -323,7 +323,7 @@ def test_another_joint_count_and_a_sliding_joint_have_their_units(tmp_path: Path
         path = tmp_path / f"{seed}.csv"
         np.savetxt(path, np.column_stack([time, q, v, force]), header="time,q_1,dq_1,tau_1", comments="", delimiter=",")
         recordings.append(pid.load_recording(path))
-    found = pid.diagnose(pid.Model.nominal(robot, ["rigid_body"]), recordings[:1], recordings[1:])
+    found = pid.diagnose_motion(pid.Model.nominal(robot, ["rigid_body"]), recordings[:1], recordings[1:])
     pid.write_report(found, tmp_path / "report.html")
     page = read_page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "Coulomb friction on joint 1" in page.all("h1")[0].text

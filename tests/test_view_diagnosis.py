@@ -9,20 +9,32 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.result.findings import Finding, Levels, Reduction, Rival, Unseen, Value
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.contact import Contact
 from physident.view.plan import plan_of, plan_words
 from physident.view.session.content import compose
 from physident.view.session.text import findings
 
-LEVELS = Levels(np.ones(6), np.full(6, 10.0))
-VALUE = Value("load_dependent_friction", 2, 0.0814, 0.0814, 0.004, (0.0731, 0.0897), "1")
+LEVELS = JointErrors(np.ones(6), np.full(6, 10.0))
+VALUE = ParameterValue(
+    name="load_dependent_friction",
+    joint=2,
+    value=0.0814,
+    change=0.0814,
+    std=0.004,
+    interval95=(0.0731, 0.0897),
+    unit="1",
+)
 FOUND = Finding(
-    "load_dependent_friction", (2,), (VALUE,), Reduction(1.83, 0.79, 56.8, (51.2, 61.9)),
-    (Rival("torque_constant", (3,)),), (), "vary the load at one speed", 40.0,
+    effect="load_dependent_friction", joints=(2,), parameters=(VALUE,),
+    gain=Reduction(rms_before=1.83, rms_after=0.79, reduction_percent=56.8, interval95=(51.2, 61.9)),
+    rivals=(Rival("torque_constant", (3,)),), intervals=(), advice="vary the load at one speed", evidence=40.0,
 )  # fmt: skip
-TOUCH = Finding("contact", (), (), Reduction(1.0, 0.5, 50.0, (40.0, 60.0)), (), ((3.5, 4.25),), "", 9.0)
+TOUCH = Finding(
+    effect="contact", joints=(), parameters=(), rivals=(), intervals=((3.5, 4.25),), advice="", evidence=9.0,
+    gain=Reduction(rms_before=1.0, rms_after=0.5, reduction_percent=50.0, interval95=(40.0, 60.0)),
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -31,17 +43,17 @@ def model(ur5: pid.Robot) -> pid.Model:
 
 
 @pytest.fixture
-def diagnosis(model: pid.Model) -> Contents:
+def diagnosis(model: pid.Model) -> DiagnosisRecord:
     extended = pid.Model(model.robot, (*model.effects, Contact()), np.append(model.theta, [1.0, 2.0, 3.0]))
-    return Contents(
+    return DiagnosisRecord(
         path=None, sha256=None, question="missing", verdict="partly_explained", findings=(FOUND, TOUCH), before=LEVELS,
         after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "still"),),
-        remainder=(), recordings=(), filter=pid.Filter(7.0), columns=None, drive_gains=None, held=(), model=model,
+        unexplained=(), recordings=(), filter=pid.Filter(7.0), columns=None, drive_gains=None, unidentified=(), model=model,
         extended=extended, incomplete=(), seed=0, recording_offsets=False,
     )  # fmt: skip
 
 
-def test_the_words_have_every_number_of_a_finding(diagnosis: Contents) -> None:
+def test_the_words_have_every_number_of_a_finding(diagnosis: DiagnosisRecord) -> None:
     text = findings(diagnosis)
     for said in (
         "load-dependent friction on joint 2", "1.83 → 0.79", "57 % less", "51 to 62 %", "0.0814", "0.0731 to 0.0897",
@@ -51,7 +63,7 @@ def test_the_words_have_every_number_of_a_finding(diagnosis: Contents) -> None:
     assert text.startswith("# The model lacks load-dependent friction on joint 2")
 
 
-def test_models_of_a_diagnosis_are_shown_once(diagnosis: Contents, model: pid.Model) -> None:
+def test_models_of_a_diagnosis_are_shown_once(diagnosis: DiagnosisRecord, model: pid.Model) -> None:
     assert diagnosis.extended is not None
     alone = compose({}, [], diagnosis, None, None)
     assert list(alone.models) == ["diagnosed", "extended"]
@@ -63,7 +75,7 @@ def test_models_of_a_diagnosis_are_shown_once(diagnosis: Contents, model: pid.Mo
     assert compose({"mine": estimate}, [], diagnosis, None, 6.0).filter.cutoff == 6.0
 
 
-def test_a_diagnosis_of_another_arm_is_refused(diagnosis: Contents, model: pid.Model) -> None:
+def test_a_diagnosis_of_another_arm_is_refused(diagnosis: DiagnosisRecord, model: pid.Model) -> None:
     other = pid.Model(pid.Robot("other", model.robot.urdf), model.effects, model.theta)
     estimate: Any = type("E", (), {"model": other, "filter": pid.Filter(), "drive_gains": None})()
     with pytest.raises(pid.InputError, match="the diagnosis is of robot ur5, model mine is of other"):

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from physident.demo.arms import Truth, healthy_arm, hide
-from physident.diagnosis.diagnose import diagnose
-from physident.diagnosis.result.findings import Diagnosis
+from physident.diagnosis.diagnose import diagnose_motion
+from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.dynamics.model import Model
 from physident.estimation.identify import identify
 from physident.excitation.motion.trajectory import random_trajectory
@@ -79,7 +79,7 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     estimate = identify(robot, before)
     estimate.save(folder / "model.json")
     *now, unseen = (_recorded(truth.arm, folder / name, 10 * seed + 5 + k) for k, name in enumerate((*NOW, UNSEEN)))
-    diagnosis = diagnose(estimate, now, [unseen])
+    diagnosis = diagnose_motion(estimate, now, [unseen])
     diagnosis.save(folder / "diagnosis.json")
     if diagnosis.estimate is not None:
         diagnosis.estimate.save(folder / "extended.json")

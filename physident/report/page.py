@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from physident.diagnosis.result.findings import Diagnosis
-from physident.diagnosis.result.saved import contents_of, read_contents
+from physident.diagnosis.result.diagnosis import Diagnosis
+from physident.diagnosis.result.saved import read_diagnosis
 from physident.diagnosis.result.wording import headline
 from physident.files import check_target, write_text
 from physident.report.markup import Markup, tag
@@ -36,7 +36,7 @@ def write_report(diagnosis: Diagnosis | str | Path, out: str | Path, command: st
 
 def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
     """The page's text; see ``write_report``."""
-    c = contents_of(diagnosis) if isinstance(diagnosis, Diagnosis) else read_contents(diagnosis)
+    c = diagnosis if isinstance(diagnosis, Diagnosis) else read_diagnosis(diagnosis)
     read = reread(c)
     head = tag(
         "head",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from physident.diagnosis.result.findings import Used
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.findings import UsedRecording
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.errors import InputError
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
@@ -16,17 +16,17 @@ from physident.recordings.recording import Recording
 class Reread:
     """A recording that was used; ``recording`` is None where it could not be had again, and ``said`` tells why."""
 
-    used: Used
+    used: UsedRecording
     recording: Recording | None
     said: str
 
 
-def reread(contents: Contents) -> tuple[Reread, ...]:
+def reread(contents: DiagnosisRecord) -> tuple[Reread, ...]:
     """Every recording of a diagnosis: looked for at its path, then at that path from the diagnosis file's folder."""
     return tuple(_reread(contents, used) for used in contents.recordings)
 
 
-def _reread(c: Contents, used: Used) -> Reread:
+def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
     said = "not found"
     for place in _places(c, used.path):
         try:
@@ -40,7 +40,7 @@ def _reread(c: Contents, used: Used) -> Reread:
     return Reread(used, None, said)
 
 
-def _places(c: Contents, path: str) -> list[Path]:
+def _places(c: DiagnosisRecord, path: str) -> list[Path]:
     """Where a file of that path lies: plain files only, each once."""
     places = [Path(path)] if c.path is None else [Path(path), c.path.parent / path]
     try:

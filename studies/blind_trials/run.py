@@ -38,7 +38,7 @@ def diagnose(prepared: Prepared, healthy: bool) -> tuple[pid.Diagnosis, float]:
     if prepared.trial.question == "missing":
         model = pid.identify(pid.load_robot("ur5"), runs, filter=FILTER)
     begun = time.process_time()
-    found = pid.diagnose(model, runs, filter=FILTER if isinstance(model, pid.Model) else None)
+    found = pid.diagnose_motion(model, runs, filter=FILTER if isinstance(model, pid.Model) else None)
     return found, time.process_time() - begun
 
 

@@ -10,12 +10,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import UR10E_COLUMNS, UR10E_GAINS, keep, need_data
 
 import physident as pid
-from physident.diagnosis.problem.problem import Case
-from physident.diagnosis.problem.question import ask
-from physident.diagnosis.search.candidate_scores import SURROGATES, surrogates
-from physident.diagnosis.search.forward_search import settled
-from physident.diagnosis.statistics.left_out_gains import gains
-from physident.diagnosis.statistics.left_out_residuals import Folded
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.problem.question import choose_question
+from physident.diagnosis.search.candidate_scores import SURROGATES, surrogate_responses
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
 from physident.estimation.identify import prepare_all
 
 PLAIN = 40  # candidates whose left-out residuals are computed row by row, to know what one costs
@@ -27,7 +27,7 @@ def main() -> None:
     recordings = pid.load_recordings(paths, UR10E_COLUMNS, UR10E_GAINS)
     estimate = pid.identify(pid.load_robot(data / "ur10e.urdf"), recordings)
     begun = time.perf_counter(), time.process_time()
-    diagnosis = pid.diagnose(estimate, recordings)
+    diagnosis = pid.diagnose_motion(estimate, recordings)
     elapsed, processor = time.perf_counter() - begun[0], time.process_time() - begun[1]
     options, look, plain = one_look(estimate, recordings)
     results = {
@@ -47,22 +47,24 @@ def main() -> None:
 
 
 def one_look(estimate: pid.Estimate, recordings: list[pid.Recording]) -> tuple[int, float, float]:
-    """Number of options, and processor time [s] of judging all of them on all surrogates, here and row by row."""
+    """Number of options, and processor time [s] of judging all of them on all surrogate_responses, here and row by row."""
     import numpy as np
 
     robot, filter = estimate.model.robot, estimate.filter
-    case = Case.open(ask(estimate, recordings), estimate, prepare_all(robot, recordings, filter), filter, 0)
-    state = settled(case, ())
-    responses = np.concatenate([state.evidence.response[:, :, None], surrogates(state)], axis=2)
+    case = state_problem(
+        choose_question(estimate, recordings), estimate, prepare_all(robot, recordings, filter), filter, 0
+    )
+    state = settled_hypothesis(case, ())
+    responses = np.concatenate([state.data.response[:, :, None], surrogate_responses(state)], axis=2)
     begun = time.process_time()
-    gains(state.evidence, state.baseline, state.fit, responses)
+    left_out_gains(state.data, state.baseline, state.fit, responses)
     look = time.process_time() - begun
-    options = [option for c in state.evidence.candidates for option in c.options]
+    options = [option for c in state.data.candidates for option in c.options]
     chosen = options[:: max(1, len(options) // PLAIN)][:PLAIN]
     begun = time.process_time()
     for option in chosen:
-        folded = Folded(state.evidence, state.baseline, state.fit.weights)  # one refit for each surrogate
-        folded.residual([state.evidence.everywhere(option.columns)])
+        folded = LeftOutFits(state.data, state.baseline, state.fit.weights)  # one refit for each surrogate
+        folded.residual([state.data.columns(option.columns)])
     each = (time.process_time() - begun) / len(chosen)
     return len(options), look, each * len(options) * responses.shape[2]
 

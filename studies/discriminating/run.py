@@ -72,7 +72,7 @@ def judged(row: dict[str, Any]) -> dict[str, Any]:
 def known(prepared: Prepared) -> pid.Estimate | pid.Model:
     """The model that a user has when the advice is given."""
     if isinstance(prepared.model, pid.Model):  # the extended one: a nominal model knows no noise
-        found = pid.diagnose(prepared.model, [t.recording for t in prepared.changed[:2]], filter=FILTER)
+        found = pid.diagnose_motion(prepared.model, [t.recording for t in prepared.changed[:2]], filter=FILTER)
         assert found.estimate is not None
         return found.estimate
     if prepared.trial.question != "missing":
@@ -95,7 +95,7 @@ def asked(prepared: Prepared, plan: Plan) -> pid.Diagnosis:
     model = prepared.model
     if trial.question == "missing":
         model = pid.identify(pid.load_robot("ur5"), runs, filter=FILTER)
-    return pid.diagnose(model, runs, filter=FILTER if isinstance(model, pid.Model) else None)
+    return pid.diagnose_motion(model, runs, filter=FILTER if isinstance(model, pid.Model) else None)
 
 
 def main() -> None:

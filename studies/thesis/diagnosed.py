@@ -50,7 +50,7 @@ def _diagnosed(model: pid.Model | pid.Estimate, train: pid.Recording, holdout: p
     started = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", pid.PhysidentWarning)
-        found = pid.diagnose(model, [train], holdout=[holdout])
+        found = pid.diagnose_motion(model, [train], holdout=[holdout])
     data = found.as_dict()
     return {
         "question": data["question"],

@@ -22,7 +22,6 @@ from physident.errors import InputError
 if TYPE_CHECKING:
     from physident.dynamics.model import Model
     from physident.estimation.estimate import Estimate
-    from physident.recordings.recording import Recording
 
 
 @app.command(short_help="What a model gets wrong.")
@@ -58,7 +57,7 @@ def diagnose(
     """Find what a model gets wrong. With --model, recordings it was fitted to say what is missing, new ones what is
     different. With --robot, nothing was identified: what a simulation from that description gets wrong. Recordings
     without motion are held against gravity and the friction that may hold the arm."""
-    from physident.diagnosis.at_rest.at_rest import standing
+    from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose as run
     from physident.recordings.signals import Filter
 
@@ -73,13 +72,15 @@ def diagnose(
     layout = columns if nominal or columns is not None else getattr(start, "columns", None)
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(held, layout, drive_gains) if held else []
-    if standing(loaded):
-        _still(start, loaded, json_out, [out, plot, *held, recording_offsets or None])
-        return
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None, recording_offsets)
+    if isinstance(found, AtRest) and (out is not None or plot is not None):
+        raise InputError("no recording moves; expected recordings with motion for --out and --plot, or neither of them")
     if json_out is not None:
         found.save(json_out)
+    if isinstance(found, AtRest):
+        typer.echo(repr(found))
+        return
     if out is not None and found.estimate is not None:
         found.estimate.save(out)
     if plot is not None:
@@ -90,24 +91,6 @@ def diagnose(
     typer.echo(repr(found))
     if out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
-
-
-def _still(
-    start: Estimate | Model,
-    recordings: list[Recording],
-    json_out: Path | None,
-    of_motion: list[Path | str | bool | None],
-) -> None:
-    from physident.diagnosis.at_rest.at_rest import diagnose_at_rest
-
-    if any(option is not None for option in of_motion):
-        raise InputError(
-            "no recording moves; expected a motion for --out, --plot, --holdout and --recording-offsets, or none of them"
-        )
-    found = diagnose_at_rest(start, recordings)
-    if json_out is not None:
-        found.save(json_out)
-    typer.echo(repr(found))
 
 
 def _identified(path: Path, cutoff: float | None) -> Estimate:

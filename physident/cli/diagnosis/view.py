@@ -34,7 +34,7 @@ def view(
     cutoff: CutoffOption = None,
 ) -> None:
     """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
-    from physident.diagnosis.result.saved import read_contents
+    from physident.diagnosis.result.saved import read_diagnosis
     from physident.estimation.estimate import load_estimate
     from physident.robots.robot import load_robot
     from physident.view.plan import plan_of
@@ -50,7 +50,7 @@ def view(
     if out is not None:
         check_session(out)
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
-    said = read_contents(diagnosis) if diagnosis is not None else None
+    said = read_diagnosis(diagnosis) if diagnosis is not None else None
     known = next(iter(models.values()), said)
     layout = columns if columns is not None or known is None else known.columns
     loaded = read_recordings(paths, layout, drive_gains) if paths else []

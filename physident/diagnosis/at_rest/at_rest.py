@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 CREEP = 0.03  # rad/s: there the smooth sign has turned, and viscous friction is a few per cent of the dry one
 
 
-def standing(recordings: Sequence[Recording]) -> bool:
+def is_at_rest(recordings: Sequence[Recording]) -> bool:
     """Whether no joint moves in any of some recordings."""
     return bool(recordings) and all(_signals(recording).moving is None for recording in recordings)
 

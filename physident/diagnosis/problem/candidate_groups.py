@@ -13,7 +13,7 @@ from physident.dynamics.regressor import Regressor
 
 
 @dataclass(frozen=True, eq=False)
-class OptionClass:
+class OptionGroup:
     """Options with k columns each: ``columns`` (O, k), their candidate's index ``owner`` (O,) and own index ``place``;
     for each joint, which of them have rows there and at which place among the joint's columns."""
 
@@ -23,7 +23,7 @@ class OptionClass:
     joints: tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]
 
     @staticmethod
-    def of(regressor: Regressor, candidates: Sequence[Candidate], k: int) -> OptionClass:
+    def of(regressor: Regressor, candidates: Sequence[Candidate], k: int) -> OptionGroup:
         """The options with k columns."""
         found = [
             (option.columns, i, o)
@@ -38,4 +38,4 @@ class OptionClass:
             at[rows.columns] = np.arange(len(rows.columns))
             own = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
             joints.append((own, at[columns[own]]))
-        return OptionClass(columns, np.array([f[1] for f in found]), np.array([f[2] for f in found]), tuple(joints))
+        return OptionGroup(columns, np.array([f[1] for f in found]), np.array([f[2] for f in found]), tuple(joints))

@@ -58,7 +58,15 @@ class Candidate:
         return self.name, self.joints
 
 
-def possible(model: Model, signals: Sequence[Signals]) -> list[tuple[str, tuple[int, ...], list[Effect]]]:
+@dataclass(frozen=True)
+class AcceptedEffect:
+    """A candidate that was accepted, and its concrete effect with the shape it was found to have."""
+
+    candidate: Candidate
+    effect: Effect
+
+
+def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[str, tuple[int, ...], list[Effect]]]:
     """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain."""
     found = []
     for name in CATALOGUE:
@@ -131,10 +139,10 @@ def _shaped(robot: Robot, name: str, joints: tuple[int, ...], signals: Sequence[
 def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, list[Candidate]]:
     """The regressor with two columns more for each joint that no arm can have: the joint's dry friction played backwards,
     and smooth noise with the spectrum of the joint's torque."""
-    from physident.diagnosis.statistics.surrogates import randomised
+    from physident.diagnosis.statistics.surrogates import phase_randomised
 
     p, n = len(regressor.columns), len(regressor.joints)
-    noise = randomised(regressor.torque, regressor.segment, 1, seed)[:, :, 0]
+    noise = phase_randomised(regressor.torque, regressor.segment, 1, seed)[:, :, 0]
     joints, placebos = [], []
     for j, rows in enumerate(regressor.joints):
         dry = [k for k, c in enumerate(rows.columns) if regressor.columns[c].name == f"coulomb_friction_{j + 1}"]

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.evidence import Baseline
-from physident.diagnosis.statistics.normal_equations import inverted
+from physident.diagnosis.problem.search_data import Baseline
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.errors import InputError
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Question = Literal["different", "missing", "nominal"]
 
 
-def ask(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
+def choose_question(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
     """Which question recordings put to a model; raises InputError where only some of them were fitted."""
     if not recordings:
         raise InputError("no recordings given, expected at least one to diagnose")
@@ -40,16 +40,16 @@ def ask(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Freedom:
+class ParameterFreedom:
     """How the model's parameters theta (p,) may move: theta + ``map`` (p, R) @ x, x of prior precision ``prior`` (R,).
 
-    ``held``: names of base parameters that the model never identified, which stay where they are. ``nuisance``: columns of
+    ``unidentified``: names of base parameters that the model never identified, which stay where they are. ``nuisance``: columns of
     the regressor that are refitted along and mean nothing; the last of x are theirs, and move no parameter.
     """
 
     map: Array
     prior: Array
-    held: tuple[str, ...]
+    unidentified: tuple[str, ...]
     nuisance: tuple[int, ...] = ()
 
     def baseline(self, regressor: Regressor) -> Baseline:
@@ -65,25 +65,25 @@ class Freedom:
         return Baseline(tuple(joints), self.prior)
 
 
-def freedom(
+def parameter_freedom(
     model: Estimate | Model, question: Question, regressor: Regressor, nuisance: tuple[int, ...] = ()
-) -> Freedom:
-    """Missing: every base parameter is free. Different: each is held within its covariance. Nominal: none moves. The
+) -> ParameterFreedom:
+    """Missing: every base parameter is free. Different: each is kept within its covariance. Nominal: none moves. The
     ``nuisance`` columns are free always: how much they matter depends on the motion, healthy arm or not."""
     if isinstance(model, Model):
-        maps, prior, held = np.zeros((len(model.theta), 0)), np.zeros(0), ()
+        maps, prior, unidentified = np.zeros((len(model.theta), 0)), np.zeros(0), ()
     elif question == "missing":
         maps = np.zeros((len(model.theta), model.base.r))
         maps[model.base.independent, np.arange(model.base.r)] = 1.0
-        prior, held = np.zeros(model.base.r), ()
+        prior, unidentified = np.zeros(model.base.r), ()
     else:
-        root, held = _root(model, regressor)
+        root, unidentified = _root(model, regressor)
         maps = np.zeros((len(model.theta), root.shape[1]))
         maps[model.base.independent] = root
         prior = np.ones(root.shape[1])
     k = len(nuisance)
     whole = np.column_stack([maps, np.zeros((len(maps), k))])
-    return Freedom(whole, np.concatenate([prior, np.zeros(k)]), held, nuisance)
+    return ParameterFreedom(whole, np.concatenate([prior, np.zeros(k)]), unidentified, nuisance)
 
 
 def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:
@@ -102,7 +102,7 @@ def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, .
         at = place[rows.columns[own]]
         information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
     share = base.r / (base.r + estimate.blocks)
-    covariance = (1 - share) * estimate.covariance + share * inverted(information)
+    covariance = (1 - share) * estimate.covariance + share * pseudo_inverse(information)
     decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_PRIOR
     covariance = covariance * np.outer(decided, decided)
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))

@@ -27,6 +27,6 @@ class RecordingOffset(Effect):
         return np.full((len(self.active(robot)), len(signals.time)), own)
 
 
-def drifts(signals: Sequence[Signals]) -> list[RecordingOffset]:
+def offset_of_each_recording(signals: Sequence[Signals]) -> list[RecordingOffset]:
     """One offset for each recording: which of them has the true zero, none can tell."""
     return [RecordingOffset(recording=one.recording) for one in signals]

@@ -1,4 +1,4 @@
-"""What a diagnosis needs of its recordings, asked before the search, which must not end in a refusal."""
+"""What a diagnosis requires of its recordings, checked before the search, which must not end in a refusal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from physident.recordings.signals import Filter
 from physident.validation.scores import predictions
 
 
-def refuse_seen(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
+def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
     """Raises InputError for a recording that came twice, and for a holdout that was fitted or is diagnosed."""
     refuse_twice(recordings)
     refuse_twice(holdout)

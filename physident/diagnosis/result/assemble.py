@@ -1,4 +1,4 @@
-"""From accepted effects to findings: joined over joints, with values, intervals, gains and rivals."""
+"""From accepted effects to findings: joined over joints, with values, gains, rivals and advice."""
 
 from __future__ import annotations
 
@@ -7,152 +7,117 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.evidence import blocks
-from physident.diagnosis.problem.question import Question
-from physident.diagnosis.result.findings import Finding, Reduction, Rival, Value
-from physident.diagnosis.search.contact import CONTACT, scan
-from physident.diagnosis.search.hypothesis import Accepted, State
-from physident.diagnosis.search.rivals import Examined
-from physident.diagnosis.statistics.intervals import RESAMPLES, Certainty, resampled_reduction
+from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.result.advice import advice
+from physident.diagnosis.result.findings import Finding, Reduction, Rival
+from physident.diagnosis.result.values import parameter_values
+from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.diagnosis.statistics.left_out_residuals import block_costs
-from physident.effects.catalogue import CATALOGUE
-from physident.effects.contact import Contact
 
 Array = NDArray[np.float64]
 SCALED = (
     "Found from currents: the mass scales with the drive gains; physident drive-gains finds them with a known load."
 )
-END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
-FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
-ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
+ONE_BY_ONE = ("coupled_friction", "link_inertia")  # each pair or link is a finding by itself
 
 
-def findings(
-    state: State, examined: Sequence[Examined], sure: Certainty, currents: bool = False
+def make_findings(
+    hypothesis: Hypothesis, checks: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool = False
 ) -> tuple[Finding, ...]:
-    """One finding for each cause, the same effect on several joints joined, in order of left-out gain; a payload found from
-    ``currents`` says what its mass depends on."""
-    groups: dict[object, list[Examined]] = {}
-    for one in examined:
-        name = one.accepted.candidate.name
-        key = one.accepted.candidate.key if name in ONE_BY_ONE else name
-        groups.setdefault((key, getattr(one.accepted.effect, "recording", "")), []).append(one)
-    made = [_finding(state, group, sure, currents) for group in groups.values()]
-    return tuple(sorted(made, key=lambda f: -f.evidence))
+    """One finding for each cause, the same effect on several joints joined, in order of left-out gain.
+
+    A payload found ``from_currents`` says what its mass depends on.
+    """
+    groups: dict[object, list[RivalCheck]] = {}
+    for check in checks:
+        name = check.accepted.candidate.name
+        key = check.accepted.candidate.key if name in ONE_BY_ONE else name
+        groups.setdefault((key, getattr(check.accepted.effect, "recording", "")), []).append(check)
+    found = [_finding(hypothesis, group, uncertainty, from_currents) for group in groups.values()]
+    return tuple(sorted(found, key=lambda finding: -finding.evidence))
 
 
-def _finding(state: State, group: Sequence[Examined], sure: Certainty, currents: bool) -> Finding:
-    group = sorted(group, key=lambda e: e.accepted.candidate.joints)
-    name = group[0].accepted.candidate.name
-    joints = tuple(j for e in group for j in e.accepted.candidate.joints)
-    values = tuple(v for e in group for v in _values(state, e.accepted, sure))
-    rivals = _joined([c.key for e in group for c in e.rivals])
-    contacts = tuple(i for e in group for i in getattr(e.accepted.effect, "intervals", ()))
+def _finding(
+    hypothesis: Hypothesis, group: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool
+) -> Finding:
+    group = sorted(group, key=lambda check: check.accepted.candidate.joints)
+    accepted = [check.accepted for check in group]
+    name = accepted[0].candidate.name
+    joints = tuple(j for one in accepted for j in one.candidate.joints)
+    rivals = _joined([rival.key for check in group for rival in check.rivals])
+    texts = [
+        SCALED if from_currents and name == "payload" else "",
+        advice(hypothesis.problem.question, name, joints, rivals),
+    ]
     return Finding(
-        name, joints, values, _reduction(state, [e.accepted for e in group], joints), rivals, contacts,
-        " ".join(filter(None, (SCALED if currents and name == "payload" else "", _advice(state.case.question, name, joints, rivals)))), float(sum(e.gain for e in group)),
-        getattr(group[0].accepted.effect, "recording", ""),
-    )  # fmt: skip
+        effect=name,
+        joints=joints,
+        parameters=tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty)),
+        gain=_reduction(hypothesis, accepted, joints),
+        rivals=rivals,
+        intervals=tuple(interval for one in accepted for interval in getattr(one.effect, "intervals", ())),
+        advice=" ".join(filter(None, texts)),
+        evidence=float(sum(check.gain for check in group)),
+        recording=getattr(accepted[0].effect, "recording", ""),
+    )
 
 
 def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
     """Rivals of one name joined over joints."""
-    found: dict[object, set[int]] = {}
+    found: dict[tuple[str, tuple[int, ...]], set[int]] = {}
     for name, joints in keys:
-        found.setdefault((name, joints) if name in ONE_BY_ONE else (name,), set()).update(joints)
-    return tuple(Rival(key[0], tuple(sorted(joints))) for key, joints in found.items())  # pyright: ignore[reportIndexIssue]
+        found.setdefault((name, joints if name in ONE_BY_ONE else ()), set()).update(joints)
+    return tuple(Rival(name, tuple(sorted(joints))) for (name, _), joints in found.items())
 
 
-def _reduction(state: State, group: Sequence[Accepted], joints: Sequence[int]) -> Reduction:
-    rest = state.case.state([a for a in state.accepted if a not in group], state.model, state.evidence)
+def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypothesis:
+    """The hypothesis without some of its accepted effects, its columns as they are."""
+    rest = [a for a in hypothesis.accepted if a not in effects]
+    return state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
+
+
+def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: Sequence[int]) -> Reduction:
+    rest = _without(hypothesis, group)
     if group[0].candidate is CONTACT:
-        return _touch(state, rest, group)
-    weights = 1 / state.fit.sigma
-    own = [j - 1 for j in joints] or list(range(len(weights)))
-    labels = blocks(state.evidence, float(state.fit.memory.max()))
-    columns = [state.case.columns(a.effect, state.model) for a in group]
-    joined = [np.column_stack(own) for own in zip(*columns, strict=True)]
-    before, after = (block_costs(rest.folded.residual(o), weights, labels)[:, own] for o in ([], [joined]))
-    rows = np.count_nonzero(labels >= 0) * np.sum(weights[own] ** 2)
-    low, high = resampled_reduction(before.sum(axis=1), after.sum(axis=1), state.case.seed)
-    sizes = [float(np.sqrt(x.sum() / rows)) for x in (before, after)]
-    return Reduction(sizes[0], sizes[1], 100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0, (low, high))
+        return _contact_reduction(hypothesis, rest, group)
+    weights = 1 / hypothesis.fit.sigma
+    indices = [j - 1 for j in joints] or list(range(len(weights)))
+    labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
+    columns = [hypothesis.problem.columns(a.effect, hypothesis.model) for a in group]
+    joined = [np.column_stack(parts) for parts in zip(*columns, strict=True)]
+    before, after = (
+        block_costs(rest.left_out_fits.residual(options), weights, labels)[:, indices] for options in ([], [joined])
+    )
+    rows = np.count_nonzero(labels >= 0) * np.sum(weights[indices] ** 2)
+    sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]
+    return Reduction(
+        rms_before=sizes[0],
+        rms_after=sizes[1],
+        reduction_percent=100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0,
+        interval95=resampled_reduction(before.sum(axis=1), after.sum(axis=1), hypothesis.problem.seed),
+    )
 
 
-def _touch(state: State, rest: State, group: Sequence[Accepted]) -> Reduction:
-    """What contacts gain as the search judged them: each joint by the force that the others tell; all joints, noise-weighted."""
-    weights, each = rest.fit.weights, []
+def _contact_reduction(hypothesis: Hypothesis, rest: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduction:
+    """The gain of contacts as the search computes it: each joint by the force fitted to the others, all joints together."""
+    weights, gains = rest.fit.weights, []
     for one in group:
-        beside = state.case.state([a for a in state.accepted if a is not one], state.model, state.evidence)
-        windows = scan(beside, beside.evidence.response[:, :, None]).windows
-        each.append((windows * (weights / beside.fit.weights) ** 2).sum(axis=1))
-    gain = np.concatenate(each)
+        beside = _without(hypothesis, [one])
+        windows = scan_contacts(beside, beside.data.response[:, :, None]).windows
+        gains.append((windows * (weights / beside.fit.weights) ** 2).sum(axis=1))
+    gain = np.concatenate(gains)
     before = float(np.sum((rest.fit.residual * weights) ** 2))
-    draws = np.random.default_rng([rest.case.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
+    draws = np.random.default_rng([rest.problem.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
     left = np.sqrt(np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0))
     low, high = np.quantile(100 * (1 - left[:-1]), (0.025, 0.975))
     size = float(np.sqrt(before / (len(rest.fit.residual) * np.sum(weights**2))))
-    return Reduction(size, size * float(left[-1]), 100 * (1 - float(left[-1])), (float(low), float(high)))
-
-
-def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
-    """The effect's parameters in the extended model, and its shapes."""
-    at = state.accepted.index(accepted)
-    model, effect = state.extension.model, accepted.effect
-    # no block but its own shows a contact's force: its error is that of the fit
-    covariance = state.covariance if isinstance(effect, Contact) else sure.covariance
-    old = {c.name: float(v) for c, v in zip(state.case.model.columns, state.case.model.theta, strict=True)}
-    result = []
-    for column, place in zip(effect.columns(model.robot), state.extension.places[at], strict=True):
-        value, error = float(model.theta[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
-        ends = (value - sure.half * error, value + sure.half * error)
-        change = value - old.get(column.name, 0.0)
-        result.append(Value(_short(column.name, effect.name), column.joint, value, change, error, ends, column.unit))
-    return [*result, *_shapes(accepted, sure)] if len(accepted.candidate.options) > 1 else result
-
-
-def _shapes(accepted: Accepted, sure: Certainty) -> list[Value]:
-    """The shapes that were searched; they are searched, and known, by their logarithm."""
-    effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
-    for shape in effect.shapes:
-        if getattr(effect, shape.field) is None:
-            continue
-        value, error = float(getattr(effect, shape.field)[0]), sure.shapes.get(accepted.candidate.key, 0.0)
-        reach = float(np.exp(min(sure.half * error / value, FARTHEST)))
-        tried = _searched(accepted, shape.field)
-        at_end = error > 0 and not min(tried) / END < value < max(tried) * END
-        ends = (value / reach, value * reach)
-        result.append(Value(shape.field, joint, value, value, error, ends, shape.unit, at_end))
-    return result
-
-
-def _searched(accepted: Accepted, field: str) -> list[float]:
-    """The values of a shape that its candidate was tried with."""
-    effects = [option.effect for option in accepted.candidate.options]
-    return [float(values[0]) for e in effects if (values := getattr(e, field, None)) is not None]
-
-
-def _short(name: str, effect: str) -> str:
-    """A column's name without its effect and joint, where something is left: payload_mass is mass."""
-    rest = name.removeprefix(effect).lstrip("_")
-    stem = "_".join(part for part in rest.split("_") if not part.isdigit())
-    return stem or effect
-
-
-def _advice(question: Question, name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
-    """What would separate the first rival that is another effect."""
-    other = next((r for r in rivals if r.effect != name), None)
-    return separating(question, name, joints, other) if other is not None else ""
-
-
-def separating(question: Question, name: str, joints: Sequence[int], other: Rival) -> str:
-    """What separates an effect on some joints from another one: its signature's words where the catalogue has them, and the
-    command that designs the motion."""
-    told = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
-    said = [f"{text}. " for own, text in told if own in text][:1]
-    common = [j for j in joints if j in other.joints]
-    joint = f" --joint {common[0]}" if common else ""
-    # a design needs to know the noise, which a nominal model does not
-    model = "EXTENDED" if question == "nominal" else "MODEL"
-    command = f"physident design --model {model} --discriminate {name} {other.effect}{joint} --out motion.json"
-    return f"{said[0] if said else ''}The motion that does: {command}"
+    return Reduction(
+        rms_before=size,
+        rms_after=size * float(left[-1]),
+        reduction_percent=100 * (1 - float(left[-1])),
+        interval95=(float(low), float(high)),
+    )

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from physident.diagnosis.search.hypothesis import State
-from physident.diagnosis.statistics.intervals import Certainty
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.dynamics.model import Model
 from physident.estimation.estimate import Estimate, Source
 from physident.estimation.estimators import WLS
@@ -21,35 +21,41 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 
 
-def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Estimate:
+def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
     """The extended model's estimate: identified again where it was fitted to these recordings, else the values of the
     diagnosis, the model's own moved within their covariance."""
-    case, model = state.case, state.extension.model
-    if case.question == "missing" and isinstance(case.start, Estimate) and not case.recording_offsets:
-        regressor = refreshed(model.robot, model.effects, case.signals, case.filter, model.theta)
+    problem, model = hypothesis.problem, hypothesis.extension.model
+    if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
+        regressor = refreshed(model.robot, model.effects, problem.signals, problem.filter, model.theta)
         return estimate_from(
-            model.robot, model.effects, regressor, recordings, case.start.estimator, case.filter, case.start.columns
+            model.robot,
+            model.effects,
+            regressor,
+            recordings,
+            problem.given.estimator,
+            problem.filter,
+            problem.given.columns,
         )
     base = find_base_parameters(model.robot, model.effects)
-    covariance = base.grouping @ sure.covariance @ base.grouping.T
-    before = as_estimate(case.start, case.filter)
-    regressor = state.evidence.regressor
+    covariance = base.grouping @ uncertainty.covariance @ base.grouping.T
+    before = as_estimate(problem.given, problem.filter)
+    regressor = hypothesis.data.regressor
     sources = tuple(
         Source(r.source, r.sha256, r.duration, float(np.count_nonzero(regressor.recording == i) / regressor.kept_rate))
         for i, r in enumerate(recordings)
     )
-    size, counted = np.linalg.norm(state.torque, axis=0), regressor.counted.sum(axis=0)
+    size, counted = np.linalg.norm(hypothesis.torque, axis=0), regressor.counted.sum(axis=0)
     decided = np.sqrt(np.maximum(np.diag(covariance), 0.0)) > 0
     matrices = physical_cones(model.robot, model.effects).matrices
-    eigenvalues = np.linalg.eigvalsh(state.fit.normal / _scale(state.fit.normal))
+    eigenvalues = np.linalg.eigvalsh(hypothesis.fit.normal / _scale(hypothesis.fit.normal))
     certificate = Certificate(
-        _stationarity(state), float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))), int(decided.sum()), 1,
+        _stationarity(hypothesis), float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))), int(decided.sum()), 1,
         eigenvalues=tuple(smallest_share(m.at(model.theta)) for m in matrices),
     )  # fmt: skip
     return Estimate(
-        model, WLS(), covariance, np.linalg.norm(state.residual, axis=0) / np.sqrt(counted),
-        100 * np.linalg.norm(state.residual, axis=0) / np.where(size > 0, size, 1.0),
-        len(regressor.time) / correlation_rows(regressor, state.fit.residual), certificate, case.filter, (*before.sources, *sources), before.columns,
+        model, WLS(), covariance, np.linalg.norm(hypothesis.residual, axis=0) / np.sqrt(counted),
+        100 * np.linalg.norm(hypothesis.residual, axis=0) / np.where(size > 0, size, 1.0),
+        len(regressor.time) / correlation_rows(regressor, hypothesis.fit.residual), certificate, problem.filter, (*before.sources, *sources), before.columns,
         before.drive_gains, before.blocks, base_shares=tuple(float(d) for d in decided),
     )  # fmt: skip
 
@@ -71,9 +77,9 @@ def _scale(H: np.ndarray) -> np.ndarray:
     return np.outer(size, size)
 
 
-def _stationarity(state: State) -> float:
+def _stationarity(hypothesis: Hypothesis) -> float:
     """The largest gradient left, over the size of its terms."""
-    now, baseline = state.fit, state.baseline
+    now, baseline = hypothesis.fit, hypothesis.baseline
     gradient = -baseline.prior * now.x
     for B, r, w in zip(baseline.joints, now.residual.T, now.weights, strict=True):
         gradient = gradient + w * w * (B.T @ r)

@@ -1,30 +1,21 @@
-"""What a diagnosis returns: findings with their numbers, and everything a report needs."""
+"""The parts of a diagnosis: findings with their numbers, errors per joint, placebos, and effects that cannot be seen."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.question import Question
-from physident.diagnosis.result.unexplained import Remainder
-from physident.dynamics.model import Model
-from physident.estimation.estimate import Estimate
-from physident.files import VERSION, write_json
-from physident.recordings.signals import Filter
-
 Array = NDArray[np.float64]
-SCHEMA = "physident.diagnosis/1"
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
 
-@dataclass(frozen=True)
-class Value:
+@dataclass(frozen=True, kw_only=True)
+class ParameterValue:
     """A parameter of a finding: its ``value`` in the extended model, the ``change`` from the model that was diagnosed, its
-    standard error and 95 % interval, in ``unit``; ``at_end`` where a shape lies at the end of the range that is searched."""
+    standard error and 95 % interval, in ``unit``; ``at_end`` where a shape lies at an end of the range that is searched."""
 
     name: str
     joint: int
@@ -36,7 +27,7 @@ class Value:
     at_end: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Reduction:
     """RMS [N m|N] over a finding's joints, noise-weighted, without and with it on rows that were left out, and its
     reduction [%] with a 95 % interval."""
@@ -55,24 +46,27 @@ class Rival:
     joints: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Finding:
-    """A cause: an effect on some joints (from 1; empty: the whole arm), its values, what it gains on rows that were left
-    out, what it could be confused with, ``intervals`` (start, end) [s] of a contact and the hash of its ``recording``, and ``advice`` to separate rivals."""
+    """A named cause: an effect on some joints (from 1; empty: the whole arm), with its values and its gain on left-out rows.
+
+    ``rivals`` could stand in its place, ``advice`` says what would separate them. A contact has ``intervals`` (start, end)
+    [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise, which orders findings.
+    """
 
     effect: str
     joints: tuple[int, ...]
-    parameters: tuple[Value, ...]
+    parameters: tuple[ParameterValue, ...]
     gain: Reduction
     rivals: tuple[Rival, ...]
     intervals: tuple[tuple[float, float], ...]
     advice: str
-    evidence: float  # left-out gain in units of the noise, by which findings are ordered
+    evidence: float
     recording: str = ""
 
 
 @dataclass(frozen=True, eq=False)
-class Levels:
+class JointErrors:
     """Error of one model: ``rms`` (n,) [N m|N] and ``relative`` (n,) [%]."""
 
     rms: Array
@@ -108,84 +102,9 @@ class Unseen:
 
 
 @dataclass(frozen=True)
-class Used:
+class UsedRecording:
     """A recording and what it was used for: diagnosed or holdout."""
 
     path: str
     sha256: str
     role: str
-
-
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """What is wrong with a model, where, how sure, and what it could be confused with.
-
-    ``before``, ``after``: errors on the holdout, or on left-out rows without one (``scored_on``). ``estimate`` is the
-    extended model, None where nothing was found. ``held``: base parameters the model never identified. ``incomplete``: joints
-    (from 1) on which a model, asked what is different now, left more than noise of its own recordings.
-    """
-
-    question: Question
-    verdict: Verdict
-    findings: tuple[Finding, ...]
-    before: Levels
-    after: Levels
-    scored_on: str
-    noise_floor: Array | None
-    placebos: tuple[Placebo, ...]
-    unseen: tuple[Unseen, ...]
-    remainder: tuple[Remainder, ...]
-    recordings: tuple[Used, ...]
-    model: Model
-    estimate: Estimate | None
-    filter: Filter
-    columns: str | None
-    drive_gains: tuple[float, ...] | None
-    held: tuple[str, ...]
-    seed: int = 0
-    incomplete: tuple[int, ...] = ()
-    recording_offsets: bool = False
-
-    def as_dict(self) -> dict[str, Any]:
-        """The diagnosis as JSON can hold it (schema physident.diagnosis/1)."""
-        return {
-            "schema": SCHEMA,
-            "question": self.question,
-            "verdict": self.verdict,
-            "findings": [_plain(asdict(f)) for f in self.findings],
-            "score": {
-                "before": self.before.as_dict(),
-                "after": self.after.as_dict(),
-                "noise_floor": None if self.noise_floor is None else self.noise_floor.tolist(),
-                "on": self.scored_on,
-            },
-            "placebos": [_plain(asdict(p)) | {"passed": p.passed} for p in self.placebos],
-            "unseen": [_plain(asdict(u)) for u in self.unseen],
-            "unexplained": [r.as_dict() for r in self.remainder],
-            "recordings": [asdict(r) for r in self.recordings],
-            "filter": vars(self.filter),
-            "columns": self.columns,
-            "drive_gains": self.drive_gains and list(self.drive_gains),
-            "held": list(self.held),
-            "incomplete": list(self.incomplete),
-            "recording_offsets": self.recording_offsets,
-            "seed": self.seed,
-            "version": VERSION,
-            "model": self.model.as_dict(),
-            "extended_model": None if self.estimate is None else self.estimate.model.as_dict(),
-        }
-
-    def save(self, path: str | Path) -> None:
-        """Write the diagnosis as JSON, whole or not at all."""
-        write_json(path, self.as_dict())
-
-    def __repr__(self) -> str:
-        from physident.diagnosis.result.text import diagnosis_text
-
-        return diagnosis_text(self)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    return [_plain(v) for v in value] if isinstance(value, tuple | list) else value

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from physident.diagnosis.result.findings import Diagnosis, Finding, Value
+from physident.diagnosis.result.findings import Finding, ParameterValue
+from physident.diagnosis.result.record import DiagnosisRecord
 
 ASKED = {
     "missing": "what is missing from the model",
@@ -16,33 +14,32 @@ ASKED = {
     "nominal": "what the nominal model gets wrong",
 }
 ANSWERED = {
-    "explained": "explained: what remains is noise",
-    "partly_explained": "partly explained: structure remains that no effect of the catalogue takes up",
-    "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, what remains is noise",
-    "unexplained": "unexplained: structure remains, and no effect of the catalogue predicts it on unseen data",
+    "explained": "explained: the remaining residual is noise",
+    "partly_explained": "partly explained: some structure in the residual matches no effect of the catalogue",
+    "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, and the residual is noise",
+    "unexplained": "unexplained: the residual has structure that no effect of the catalogue predicts on unseen data",
 }
 WIDTH = 100  # characters of a line
 SHOWN = 8  # findings; the JSON has all
 VALUES = 3  # of a finding
 
 
-def diagnosis_text(d: Diagnosis) -> str:
+def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
     rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
-    files = [Path(used.path).name for used in d.recordings]
-    paths = {u.sha256: name if files.count(name) == 1 else u.path for u, name in zip(d.recordings, files, strict=True)}
+    paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.findings[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
-    rows += ["", *_remainder(d), *_checks(d)]
+    rows += ["", *_unexplained(d), *_checks(d)]
     if d.recording_offsets:
-        rows.append("each recording has a constant torque of its own, fitted along and not named")
+        rows.append("a constant torque per recording was refitted with the model and is never reported as a cause")
     if d.incomplete:
         rows.append(
-            f"the model left more than noise of its own recordings too (joint {', '.join(map(str, d.incomplete))}): first ask of"
-            " those what is missing from it; an effect it lacks shows here as if it were new"
+            f"the model is incomplete: its residual on its own training recordings is autocorrelated too (joint"
+            f" {', '.join(map(str, d.incomplete))}); diagnose those first, because an effect it lacks shows here as if it were new"
         )
     return "\n".join(part for row in rows for part in wrapped(row))
 
@@ -53,9 +50,9 @@ def wrapped(row: str) -> list[str]:
     return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
 
 
-def _answer(d: Diagnosis) -> str:
+def _answer(d: DiagnosisRecord) -> str:
     if not d.findings:
-        return "nothing that these recordings prove"
+        return "nothing that these recordings can prove"
     return "; ".join(_named(f.effect, f.joints) for f in d.findings[:SHOWN])
 
 
@@ -66,18 +63,18 @@ def _named(effect: str, joints: Sequence[int]) -> str:
     return f"{effect} ({word}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
 
 
-def _levels(d: Diagnosis) -> list[str]:
+def _levels(d: DiagnosisRecord) -> list[str]:
     count = len(d.before.rms)
     rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
     width = len(rows[0]) - 9 * count
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
     if d.noise_floor is not None:
-        rows.append("  does not repeat [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
+        rows.append("  noise floor [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
     else:
-        rows.append("  does not repeat: not known, no motion was made twice")
+        rows.append("  noise floor: not known, because no motion was repeated")
     if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
-        rows.append("  after: without the rows of a contact, whose force no others tell")
+        rows.append("  after: contact rows are excluded, because no other recording can predict a contact force")
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows
@@ -103,13 +100,15 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
         )
     if f.rivals:
-        rows.append(f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these data cannot tell.")
+        rows.append(
+            f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these recordings cannot separate them"
+        )
     if f.advice:
         rows.append(f"   {f.advice}")
     return rows
 
 
-def _value(v: Value, several: bool) -> str:
+def _value(v: ParameterValue, several: bool) -> str:
     place = f" of joint {v.joint}" if several else ""
     changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
     end = ", at the end of the range searched" if v.at_end else ""
@@ -117,20 +116,18 @@ def _value(v: Value, several: bool) -> str:
     return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}{end}"
 
 
-def _remainder(d: Diagnosis) -> list[str]:
-    left = [r for r in d.remainder if r.structured]
-    if not left:
-        return ["what remains has no more memory than filtered noise"]
-    if d.verdict in ("explained", "nothing_missing"):
-        return ["what remains is not larger than what differs where a motion repeats"]
-    rows = ["what remains and is not noise, not named:"]
-    return rows + [
+def _unexplained(d: DiagnosisRecord) -> list[str]:
+    if not d.structured:
+        return [
+            "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor"
+        ]
+    return ["unexplained structure in the residual:"] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.looks}"
-        for r in left
+        for r in d.structured
     ]
 
 
-def _checks(d: Diagnosis) -> list[str]:
+def _checks(d: DiagnosisRecord) -> list[str]:
     passed = [p for p in d.placebos if p.passed]
     rows = []
     if d.placebos:
@@ -146,8 +143,10 @@ def _checks(d: Diagnosis) -> list[str]:
                 cells.setdefault(u.effect, []).extend(u.joints)
         names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
         rows.append(f"cannot tell here, {reason}: {names}")
-    if d.held:
-        rows.append(f"never identified, held as they are: {', '.join(d.held[:8])}{' ...' if len(d.held) > 8 else ''}")
+    if d.unidentified:
+        rows.append(
+            f"never identified, kept at their nominal values: {', '.join(d.unidentified[:8])}{' ...' if len(d.unidentified) > 8 else ''}"
+        )
     return rows
 
 

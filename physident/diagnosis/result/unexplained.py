@@ -1,4 +1,4 @@
-"""What stays unexplained: how much, how slow, and against what it shows - described, not named."""
+"""The residual that stays unexplained: its size, its memory, and what it varies with."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.search.hypothesis import State
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
+AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
-@dataclass(frozen=True)
-class Remainder:
+@dataclass(frozen=True, kw_only=True)
+class Unexplained:
     """The residual of one joint: ``rms`` [N m|N], ``lag_one`` correlation, ``memory`` [s] beside the filter's own for white
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share."""
@@ -62,13 +63,22 @@ class Remainder:
         return {**asdict(self), "structured": self.structured}
 
 
-def describe(state: State) -> tuple[Remainder, ...]:
+def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:
+    """The joints whose residual is structured and larger than what differs where a motion repeats.
+
+    This is the one rule that the verdict, the text, the report and the session follow.
+    """
+    floor = np.zeros(len(unexplained)) if noise_floor is None else AT_FLOOR * noise_floor
+    return tuple(one for one in unexplained if one.structured and one.rms > floor[one.joint - 1])
+
+
+def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     """The residual of each joint of a fitted state."""
-    regressor, residual = state.evidence.regressor, state.residual
+    regressor, residual = hypothesis.data.regressor, hypothesis.residual
     rate = regressor.kept_rate
-    white = _white_memory(state)
+    white = _white_memory(hypothesis)
     memory = correlation_rows(regressor, residual)
-    q, v, load = (_at_rows(state, name) for name in ("q", "v", "load"))
+    q, v, load = (_at_rows(hypothesis, name) for name in ("q", "v", "load"))
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -80,36 +90,46 @@ def describe(state: State) -> tuple[Remainder, ...]:
         clock = regressor.time - regressor.time[0]
         by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
         result.append(
-            Remainder(
-                j + 1, float(np.sqrt(np.mean(r**2))), _lag_one(r, regressor.segment), float(memory[j] / rate),
-                white / rate, float(power[frequency < SLOW].sum() / total), float(frequency[np.argmax(power)]),
-                by_v, by_q, by_load, by_time, float(orders[top]), float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
+            Unexplained(
+                joint=j + 1,
+                rms=float(np.sqrt(np.mean(r**2))),
+                lag_one=_lag_one(r, regressor.segment),
+                memory=float(memory[j] / rate),
+                white_memory=white / rate,
+                slow=float(power[frequency < SLOW].sum() / total),
+                peak=float(frequency[np.argmax(power)]),
+                velocity=by_v,
+                position=by_q,
+                load=by_load,
+                time=by_time,
+                order=float(orders[top]),
+                order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
             )
-        )  # fmt: skip
+        )
     return tuple(result)
 
 
-def incomplete(estimate: Estimate, remainder: Sequence[Remainder]) -> tuple[int, ...]:
+def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> tuple[int, ...]:
     """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does."""
     used = sum(source.used for source in estimate.sources)
     memory = used / np.maximum(estimate.effective_samples, 1e-300)
     return tuple(r.joint for r, own in zip(remainder, memory, strict=True) if own > STRUCTURED * r.white_memory)
 
 
-def _white_memory(state: State) -> float:
+def _white_memory(hypothesis: Hypothesis) -> float:
     """Integrated autocorrelation, in kept rows, of white noise through the filter."""
-    filter, rate = state.case.filter, state.case.signals[0].rate
+    filter, rate = hypothesis.problem.filter, hypothesis.problem.signals[0].rate
     taps, D = filter.taps(rate), filter.decimation(rate)
     full = np.correlate(taps, taps, "full")[len(taps) - 1 :: D]
     return max(1.0, float(2 * full.sum() / full[0] - 1))
 
 
-def _at_rows(state: State, name: str) -> Array:
+def _at_rows(hypothesis: Hypothesis, name: str) -> Array:
     """q, v or load (M, n) at the times of the rows."""
-    regressor = state.evidence.regressor
+    regressor = hypothesis.data.regressor
     rows = []
-    for index, signals in enumerate(state.case.signals):
-        values = state.model.refer(signals).load if name == "load" else getattr(signals, name)
+    for index, signals in enumerate(hypothesis.problem.signals):
+        values = hypothesis.model.refer(signals).load if name == "load" else getattr(signals, name)
         assert values is not None
         time = regressor.time[regressor.recording == index]
         at = np.clip(np.searchsorted(signals.time, time), 0, len(signals.time) - 1)

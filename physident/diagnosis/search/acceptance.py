@@ -1,4 +1,4 @@
-"""The gates that a candidate must pass to be named, and which of several that pass is taken."""
+"""How a cause is accepted: the conditions a candidate must meet to be named, and which of several that do is taken."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import Candidate
-from physident.diagnosis.problem.evidence import blocks
-from physident.diagnosis.search.candidate_scores import Look
-from physident.diagnosis.search.hypothesis import State
-from physident.diagnosis.search.physical_signs import contradicted
-from physident.diagnosis.search.shape_refinement import refined
+from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.physical_signs import physical_contradiction
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.intervals import resampled_reduction
 from physident.diagnosis.statistics.left_out_gains import evidence_of
-from physident.diagnosis.statistics.left_out_residuals import block_costs, reduced, standard_error
+from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
 
 Array = NDArray[np.float64]
 LEAST_REDUCTION = 2.0  # % of one joint's RMS: below, a finding may be true and is of no use
@@ -23,85 +23,88 @@ DOUBT = 1.645  # standard errors of a paired difference: the true cause is then 
 CLOSEST = 8  # candidates that are compared block by block: a class of more is no answer
 
 
-def choose(now: Look) -> int | None:
-    """The candidate to accept: the one of the largest gain that passes every gate, or a smaller one that is as good."""
-    order = [int(i) for i in np.argsort(-now.gain) if now.passes(int(i))]
-    top = None
-    for index in order:
-        candidate = now.state.evidence.candidates[index]
-        if candidate.placebo:
-            return None  # where a placebo comes next, nothing after it is worth more
-        if admitted(now.state, candidate):
-            top = index
-            break
-    if top is None:
-        return None
-    return _smallest(now, top, order[order.index(top) + 1 :][:CLOSEST])
+def choose_candidate(scores: CandidateScores) -> int | None:
+    """Index of the candidate to accept, or None: the one of the largest gain that meets every condition, or a smaller one
+    that is as good."""
+    order = [int(i) for i in np.argsort(-scores.gain) if scores.beats_chance(int(i))]
+    candidates = scores.hypothesis.data.candidates
+    for rank, index in enumerate(order):
+        if candidates[index].placebo:
+            return None  # what comes after a placebo is worth no more than chance
+        if is_admissible(scores.hypothesis, candidates[index]):
+            return _smallest(scores, index, order[rank + 1 :][:CLOSEST])
+    return None
 
 
-def touched(now: Look, rival: float | None) -> bool:
-    """Whether the best contact passes every gate, even without the joint that speaks most for it, and says more than the best
-    other candidate."""
-    found = now.contact
-    useful = min(found.reduction, found.felt) >= LEAST_REDUCTION
-    return bool(useful and found.evidence[0] > max(now.touch, rival or 0.0) and found.least[0] > now.touch_least)
+def contact_accepted(scores: CandidateScores, rival_gain: float | None) -> bool:
+    """Whether the best contact meets every condition, even without its strongest joint, and explains more than the best
+    other candidate, whose gain is ``rival_gain``."""
+    contact = scores.contact
+    useful = min(contact.reduction, contact.joint_reduction) >= LEAST_REDUCTION
+    return bool(
+        useful
+        and contact.evidence[0] > max(scores.contact_threshold, rival_gain or 0.0)
+        and contact.gain_without_best_joint[0] > scores.contact_threshold_without_best_joint
+    )
 
 
-def _smallest(now: Look, top: int, others: Sequence[int]) -> int:
+def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
     """The candidate with the fewest numbers to choose among those whose gain the data cannot tell from the top's."""
-    state = now.state
-    candidates = state.evidence.candidates
-    best, weights, unsurpassed = top, None, np.zeros(0)
+    hypothesis = scores.hypothesis
+    candidates = hypothesis.data.candidates
+    best, weights, top_cost = top, None, np.zeros(0)
     for index in others:
         other = candidates[index]
         if other.size >= candidates[best].size or other.placebo:
             continue
         if weights is None:
-            weights = state.also(candidates[top], refined(state, candidates[top])).fit.weights
-            unsurpassed = costs(state, candidates[top], weights)
-        if not as_good(state, other, unsurpassed, weights) or not useful(state, other):
+            weights = hypothesis.also(candidates[top], refine_shape(hypothesis, candidates[top])).fit.weights
+            top_cost = left_out_costs(hypothesis, candidates[top], weights)
+        if not is_as_good(hypothesis, other, top_cost, weights) or not is_useful(hypothesis, other):
             continue
-        if possible_sign(state, other) is None and replaces(state, other, candidates[top], now.threshold):
+        if contradiction(hypothesis, other) is None and makes_redundant(
+            hypothesis, other, candidates[top], scores.threshold
+        ):
             best = index
     return best
 
 
-def admitted(state: State, candidate: Candidate) -> bool:
-    """Whether what a candidate gains is of use, and the arm it makes is possible."""
-    return useful(state, candidate) and possible_sign(state, candidate) is None
+def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether a candidate's gain is of use, and the extended arm is physically possible."""
+    return is_useful(hypothesis, candidate) and contradiction(hypothesis, candidate) is None
 
 
-def useful(state: State, candidate: Candidate) -> bool:
-    """Whether what is gained on left-out rows is worth naming, and its 95 % interval over blocks lies above zero."""
-    before, after = costs(state, None), costs(state, candidate)
-    own = [j - 1 for j in candidate.joints] or slice(None)
-    low, _ = resampled_reduction(before[:, own].sum(axis=1), after[:, own].sum(axis=1), state.case.seed)
-    return low > 0 and reduced(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
+def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether the gain on left-out rows is worth naming, and its 95 % interval over blocks lies above zero."""
+    before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
+    joints = [j - 1 for j in candidate.joints] or slice(None)
+    low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
+    return low > 0 and reduction_percent(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
 
 
-def possible_sign(state: State, candidate: Candidate) -> str | None:
-    """What a candidate makes impossible, in words; None where the extended arm can exist."""
-    return contradicted(state.also(candidate, refined(state, candidate)))
+def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
+    """What a candidate makes physically impossible, in words; None where the extended arm can exist."""
+    return physical_contradiction(hypothesis.also(candidate, refine_shape(hypothesis, candidate)))
 
 
-def costs(state: State, candidate: Candidate | None, weights: Array | None = None) -> Array:
-    """Squared left-out residual (G, n) of each block, with a candidate or without any, in units of the state's noise or
-    of other ``weights`` (n,)."""
-    labels = blocks(state.evidence, float(state.fit.memory.max()))
-    options = [] if candidate is None else [state.evidence.everywhere(o.columns) for o in candidate.options]
-    return block_costs(state.folded.residual(options), state.fit.weights if weights is None else weights, labels)
+def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights: Array | None = None) -> Array:
+    """Squared left-out residual (G, n) of each block, with a candidate or without any, in units of the hypothesis' noise
+    or by other ``weights`` (n,)."""
+    labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
+    options = [] if candidate is None else [hypothesis.data.columns(option.columns) for option in candidate.options]
+    weights = hypothesis.fit.weights if weights is None else weights
+    return block_costs(hypothesis.left_out_fits.residual(options), weights, labels)
 
 
-def as_good(state: State, other: Candidate, cost: Array, weights: Array) -> bool:
-    """Whether another candidate loses less on left-out rows than the scatter over blocks of the ``cost`` (G, n) of one in its
-    place can tell."""
-    loss = (costs(state, other, weights) - cost).sum(axis=1)
+def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array) -> bool:
+    """Whether the loss against the left-out ``cost`` (G, n) of another candidate lies within its scatter over blocks."""
+    loss = (left_out_costs(hypothesis, other, weights) - cost).sum(axis=1)
     return bool(loss.sum() < DOUBT * standard_error(loss))
 
 
-def replaces(state: State, other: Candidate, one: Candidate, threshold: float) -> bool:
-    """Whether beside another candidate the first has nothing left to add: else both are at work, or it is the better."""
-    beside = state.also(other, refined(state, other))
-    before, after = costs(beside, None).sum(axis=0), costs(beside, one).sum(axis=0)
-    worth = beside.evidence.regressor.counted[beside.inside].sum(axis=0) / beside.fit.memory
-    return float(evidence_of(before[:, None], (before - after)[:, None], worth)[0]) < threshold
+def makes_redundant(hypothesis: Hypothesis, other: Candidate, first: Candidate, threshold: float) -> bool:
+    """Whether beside ``other`` the ``first`` candidate has nothing left to add; else both act, or the first is better."""
+    beside = hypothesis.also(other, refine_shape(hypothesis, other))
+    before, after = left_out_costs(beside, None).sum(axis=0), left_out_costs(beside, first).sum(axis=0)
+    independent = beside.data.regressor.counted[beside.in_folds].sum(axis=0) / beside.fit.memory
+    return float(evidence_of(before[:, None], (before - after)[:, None], independent)[0]) < threshold

@@ -1,4 +1,4 @@
-"""One look at all candidates: what each gains on left-out rows, beside what surrogates of the noise gain by chance."""
+"""How well each candidate does on left-out rows, beside what it reaches by chance on surrogates of the residual."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.search.contact import Scan, scan
-from physident.diagnosis.search.hypothesis import State
-from physident.diagnosis.statistics.left_out_gains import gains, shares
-from physident.diagnosis.statistics.surrogates import randomised
+from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
@@ -18,49 +18,59 @@ SURROGATES = 299  # the 99th percentile is then the third largest
 LEVEL = 0.99  # of a hundred clean arms one is accused of an effect, and one of a contact
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
-    """One look at all candidates beside a state: left-out evidence ``gain`` (C,), the ``least`` (C,) of it without one fold,
-    ``share`` (C,) outside the baseline, the surrogates' ``threshold``, and the best ``contact`` with its own, ``touch``, and
-    ``touch_least`` without the joint that speaks most for it."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CandidateScores:
+    """Scores of all candidates beside a hypothesis.
 
-    state: State
+    ``gain`` (C,): evidence on left-out rows; ``gain_without_best_fold`` (C,): the same without the fold that supports it
+    most; ``visible_share`` (C,) of a candidate's columns outside the baseline; ``threshold``: what the best candidate
+    reaches by chance. ``contact`` is the best contact, with thresholds of its own for its evidence and for its evidence
+    without its strongest joint.
+    """
+
+    hypothesis: Hypothesis
     gain: Array
-    least: Array
-    share: Array
+    gain_without_best_fold: Array
+    visible_share: Array
     threshold: float
-    contact: Scan
-    touch: float
-    touch_least: float
+    contact: ContactScan
+    contact_threshold: float
+    contact_threshold_without_best_joint: float
 
-    def passes(self, index: int) -> bool:
-        """Whether a candidate's evidence beats the surrogates' even without the fold that speaks most for it."""
-        return bool(self.share[index] >= VISIBLE and self.least[index] > self.threshold)
-
-
-def look(state: State) -> Look:
-    """Judge every candidate beside a state, and the best contact, each by the surrogates' luckiest of its kind."""
-    evidence, baseline, now = state.evidence, state.baseline, state.fit
-    responses = np.concatenate([evidence.response[:, :, None], surrogates(state)], axis=2)
-    found = gains(evidence, baseline, now, responses)
-    share = shares(evidence, baseline, now.weights)
-    share[[state.case.motionless(c) for c in evidence.candidates]] = 0.0
-    least, contact = found.least, scan(state, responses)
-    # each by its own: a contact may begin anywhere, and its luckiest beginning is not to be beaten by an effect
-    threshold = float(np.quantile(least[share >= VISIBLE].max(axis=0)[1:], LEVEL))
-    touch = float(np.quantile(contact.evidence[1:], LEVEL))
-    touch_least = float(np.quantile(contact.least[1:], LEVEL))
-    return Look(state, found.evidence[:, 0], least[:, 0], share, threshold, contact, touch, touch_least)
+    def beats_chance(self, index: int) -> bool:
+        """Whether a candidate can be seen at all and beats the threshold even without its best fold."""
+        return self.visible_share[index] >= VISIBLE and self.gain_without_best_fold[index] > self.threshold
 
 
-def surrogates(state: State) -> Array:
+def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
+    """Score every candidate beside a hypothesis, and surrogates of its residual in the same way."""
+    data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
+    responses = np.concatenate([data.response[:, :, None], surrogate_responses(hypothesis)], axis=2)
+    scores = left_out_gains(data, baseline, fit, responses)
+    visible = visible_shares(data, baseline, fit.weights)
+    visible[[hypothesis.problem.is_friction_of_resting_joint(c) for c in data.candidates]] = 0.0
+    stable, contact = scores.gain_without_best_fold, scan_contacts(hypothesis, responses)
+    return CandidateScores(
+        hypothesis=hypothesis,
+        gain=scores.evidence[:, 0],
+        gain_without_best_fold=stable[:, 0],
+        visible_share=visible,
+        threshold=float(np.quantile(stable[visible >= VISIBLE].max(axis=0)[1:], LEVEL)),
+        contact=contact,
+        # a contact may begin at any time, so it has thresholds of its own: its luckiest beginning need not beat an effect's
+        contact_threshold=float(np.quantile(contact.evidence[1:], LEVEL)),
+        contact_threshold_without_best_joint=float(np.quantile(contact.gain_without_best_joint[1:], LEVEL)),
+    )
+
+
+def surrogate_responses(hypothesis: Hypothesis) -> Array:
     """Responses (M, n, S) without any effect: noise like the residual, and parameters as uncertain as the model's are."""
-    case, now = state.case, state.fit
-    noise = randomised(now.residual / now.deflation, state.evidence.regressor.segment, SURROGATES, case.seed)
-    known = np.flatnonzero(case.freedom.prior > 0)
+    problem, now = hypothesis.problem, hypothesis.fit
+    noise = phase_randomised(now.residual / now.deflation, hypothesis.data.regressor.segment, SURROGATES, problem.seed)
+    known = np.flatnonzero(problem.freedom.prior > 0)
     if len(known):
-        rng = np.random.default_rng([case.seed, 11])
-        x = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(state.baseline.prior[known])[:, None]
-        for j, B in enumerate(state.baseline.joints):
+        rng = np.random.default_rng([problem.seed, 11])
+        x = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
+        for j, B in enumerate(hypothesis.baseline.joints):
             noise[:, j] += B[:, known] @ x
-    return noise * state.evidence.regressor.counted[:, :, None]
+    return noise * hypothesis.data.regressor.counted[:, :, None]

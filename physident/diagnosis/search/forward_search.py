@@ -1,107 +1,122 @@
-"""The search: the best candidate that beats the surrogates joins, until none does; then each is tried for removal."""
+"""The search: the best candidate that beats chance is accepted until none does; then each is tried for removal."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from physident.diagnosis.problem.candidates import Candidate
-from physident.diagnosis.problem.problem import Case
-from physident.diagnosis.search.acceptance import admitted, choose, touched
-from physident.diagnosis.search.candidate_scores import Look, look
-from physident.diagnosis.search.contact import CONTACT, placed
-from physident.diagnosis.search.hypothesis import Accepted, State
-from physident.diagnosis.search.shape_refinement import refined
-from physident.diagnosis.statistics.left_out_gains import gains, shares
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible
+from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
+from physident.diagnosis.search.contact_refinement import refine_contact
+from physident.diagnosis.search.contact_scan import CONTACT
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
 from physident.identifiability.visibility import VISIBLE
 
-LOOPS = 3  # of forward search and removal: each loop that changes something has raised the left-out gain
+ROUNDS = 3  # of forward search and removal: each round that changes something has raised the left-out gain
 
 
-@dataclass(frozen=True, eq=False)
-class Search:
-    """What was accepted and the ``last`` look, which found nothing more; the ``first``."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SearchResult:
+    """The accepted effects, the ``first`` scores, and the ``last``, after which nothing more was accepted."""
 
-    accepted: tuple[Accepted, ...]
-    last: Look
-    first: Look
+    accepted: tuple[AcceptedEffect, ...]
+    first: CandidateScores
+    last: CandidateScores
 
 
-def search(case: Case, progress: Callable[[str], None] = lambda _: None) -> Search:
-    """Forward search with removal over a case.
+def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
+    """Forward search with removal.
 
-    What every arm has and the model lacks, such as friction, is in from the start, until removal shows that it adds nothing:
-    so much error hides what is rare, or makes it look like what is common.
+    Effects of an ordinary arm that the model lacks, such as friction, are accepted from the start, until removal shows that
+    they add nothing: without them the error is so large that it hides rarer effects, or makes them look like common ones.
     """
-    accepted, first = case.lacking, None
+    accepted, first = problem.missing_ordinary_effects, None
     if accepted:
-        first = look(settled(case, ()))
-        progress(f"what every arm has: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}")
+        first = score_candidates(settled_hypothesis(problem, ()))
+        progress(f"effects of every arm: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}")
     last = None
-    for _ in range(LOOPS):
-        accepted, last, begun = _forward(case, accepted, progress)
-        first = first or begun
-        kept = _trimmed(case, accepted, last)
+    for _ in range(ROUNDS):
+        accepted, first_of_round, last = _add_while_better(problem, accepted, progress)
+        first = first or first_of_round
+        kept = _without_redundant(problem, accepted, last)
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
         accepted = kept
     assert first is not None
     assert last is not None
-    return Search(last.state.accepted, last, first)
+    return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last)
 
 
-def settled(case: Case, accepted: Sequence[Accepted], before: State | None = None) -> State:
-    """The state beside accepted effects; columns that depend on a model are evaluated by the extended model.
+def settled_hypothesis(
+    problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect], before: Hypothesis | None = None
+) -> Hypothesis:
+    """The hypothesis of accepted effects whose columns are evaluated by the extended model itself.
 
-    The columns of candidates stay those of a state ``before`` while the model's torque is near enough to it.
+    Candidates' columns stay those of a hypothesis ``before`` while the extended model's torque is near enough to it.
     """
     if before is None:
-        before = case.state(accepted, case.model)
-        return before if not accepted else case.state(accepted, before.extension.model)
-    fresh = case.state(accepted, before.model, before.evidence)
+        plain = state_hypothesis(problem, accepted, problem.model)
+        return plain if not accepted else state_hypothesis(problem, accepted, plain.extension.model)
+    fresh = state_hypothesis(problem, accepted, before.model, before.data)
     model = fresh.extension.model
-    return fresh if before.near(model) else case.state(accepted, model)
+    return fresh if before.is_near(model) else state_hypothesis(problem, accepted, model)
 
 
-def _forward(
-    case: Case, accepted: tuple[Accepted, ...], progress: Callable[[str], None]
-) -> tuple[tuple[Accepted, ...], Look, Look]:
-    state = settled(case, accepted)
-    first = None
-    while True:
-        now = look(state)
-        first = first or now
-        index = choose(now)
-        if touched(now, None if index is None else float(now.gain[index])):
-            chosen = Accepted(CONTACT, placed(state, now.contact.effect))
-        elif index is None:
-            return accepted, now, first
-        else:
-            candidate = state.evidence.candidates[index]
-            chosen = Accepted(candidate, refined(state, candidate))
+def _add_while_better(
+    problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], progress: Callable[[str], None]
+) -> tuple[tuple[AcceptedEffect, ...], CandidateScores, CandidateScores]:
+    """Accept one candidate after the other; returns them with the first and the last scores."""
+    hypothesis = settled_hypothesis(problem, accepted)
+    scores = first = score_candidates(hypothesis)
+    while (chosen := _next_effect(scores)) is not None:
         accepted = (*accepted, chosen)
         joints = ", ".join(map(str, chosen.candidate.joints))
-        progress(f"{chosen.candidate.name} on {joints or 'the arm'}")
-        state = settled(case, accepted, state)
+        progress(f"{chosen.candidate.name} on {f'joint {joints}' if joints else 'the arm'}")
+        hypothesis = settled_hypothesis(problem, accepted, hypothesis)
+        scores = score_candidates(hypothesis)
+    return accepted, first, scores
 
 
-def _trimmed(case: Case, accepted: tuple[Accepted, ...], last: Look) -> tuple[Accepted, ...]:
-    """The accepted effects without those whose left-out gain beside all others no longer passes every gate."""
+def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
+    """The contact or the candidate to accept next, its shape refined."""
+    index = choose_candidate(scores)
+    if contact_accepted(scores, None if index is None else float(scores.gain[index])):
+        return AcceptedEffect(CONTACT, refine_contact(scores.hypothesis, scores.contact.effect))
+    if index is None:
+        return None
+    candidate = scores.hypothesis.data.candidates[index]
+    return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
+
+
+def _without_redundant(
+    problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
+) -> tuple[AcceptedEffect, ...]:
+    """The accepted effects without those that no longer meet every condition beside all others."""
     kept = accepted
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
-        proven = not rest and not any(one is own for own in case.lacking)  # alone, it has just passed
+        # a single effect has just met the conditions, unless it was there from the start
+        proven = not rest and not any(one is ordinary for ordinary in problem.missing_ordinary_effects)
         if proven or one.candidate is CONTACT:
             continue
-        state = case.state(rest, last.state.model, last.state.evidence)
-        if not (_least(state, one.candidate) > last.threshold and admitted(state, one.candidate)):
+        hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)
+        gain = _gain_without_best_fold(hypothesis, one.candidate)
+        if not (gain > last.threshold and is_admissible(hypothesis, one.candidate)):
             kept = rest
     return kept
 
 
-def _least(state: State, candidate: Candidate) -> float:
-    """A candidate's evidence without the fold that speaks most for it; none where it lies inside the baseline."""
-    alone = replace(state.evidence, candidates=(candidate,))
-    if state.case.motionless(candidate) or shares(alone, state.baseline, state.fit.weights)[0] < VISIBLE:
+def _gain_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
+    """A candidate's evidence without the fold that supports it most; none where it lies inside the baseline."""
+    data = replace(hypothesis.data, candidates=(candidate,))
+    if (
+        hypothesis.problem.is_friction_of_resting_joint(candidate)
+        or visible_shares(data, hypothesis.baseline, hypothesis.fit.weights)[0] < VISIBLE
+    ):
         return 0.0
-    return float(gains(alone, state.baseline, state.fit, alone.response[:, :, None]).least[0, 0])
+    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, data.response[:, :, None])
+    return float(gains.gain_without_best_fold[0, 0])

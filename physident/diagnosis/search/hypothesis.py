@@ -1,80 +1,75 @@
-"""What is known beside some accepted effects: their joint fit, and what the extended model then is."""
+"""A hypothesis: some accepted effects beside the model, their joint fit, and what the extended model then is."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
-from physident.diagnosis.problem.evidence import OUTSIDE, Baseline, Evidence, Fit, fit
+from physident.diagnosis.problem.baseline_fit import Fit, fit_baseline
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
 from physident.diagnosis.search.extension import Extension, extend
-from physident.diagnosis.statistics.left_out_residuals import Folded
-from physident.diagnosis.statistics.normal_equations import inverted
+from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
-
-if TYPE_CHECKING:
-    from physident.diagnosis.problem.problem import Case
 
 Array = NDArray[np.float64]
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
 STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
 
 
-def precision(effect: Effect) -> float:
-    """Prior precision of an accepted effect's values: none, but for the force of a contact."""
-    return STIFF if isinstance(effect, Contact) else 0.0
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hypothesis:
+    """AcceptedEffect effects beside the model of a problem, and their joint fit to all rows.
 
+    Columns that depend on a model are evaluated by ``model``; ``data`` holds the candidates that are left, ``baseline``
+    the columns of the model and the accepted effects.
+    """
 
-@dataclass(frozen=True)
-class Accepted:
-    """A candidate that was accepted, and its concrete effect with the shape it was found to have."""
-
-    candidate: Candidate
-    effect: Effect
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """The evidence beside accepted effects, their joint fit to all rows, and what the extended model then is."""
-
-    case: Case
-    accepted: tuple[Accepted, ...]
+    problem: DiagnosisProblem
+    accepted: tuple[AcceptedEffect, ...]
     model: Model
-    evidence: Evidence
+    data: SearchData
     baseline: Baseline
     fit: Fit
 
-    def sizes(self) -> list[int]:
-        """How many columns each accepted effect has."""
-        return [len(a.effect.columns(self.case.model.robot)) for a in self.accepted]
+    @cached_property
+    def left_out_fits(self) -> LeftOutFits:
+        """The same baseline fitted outside each fold."""
+        return LeftOutFits(self.data, self.baseline, self.fit.weights)
+
+    @property
+    def _model_values(self) -> int:
+        """How many of the fit's values belong to the model; those of the accepted effects follow."""
+        return len(self.problem.freedom.prior)
 
     @cached_property
-    def folded(self) -> Folded:
-        """The same baseline fitted outside each fold."""
-        return Folded(self.evidence, self.baseline, self.fit.weights)
+    def effect_values(self) -> list[Array]:
+        """Fitted values (k,) of each accepted effect."""
+        sizes = [len(a.effect.columns(self.problem.model.robot)) for a in self.accepted]
+        return np.split(self.fit.x[self._model_values :], np.cumsum(sizes)[:-1]) if self.accepted else []
 
     @cached_property
     def extension(self) -> Extension:
         """The model at the values of the joint fit."""
-        own = len(self.case.freedom.prior)
-        model = self.case.model
-        moved = Model(model.robot, model.effects, model.theta + self.case.freedom.map @ self.fit.x[:own])
-        changes = np.split(self.fit.x[own:], np.cumsum(self.sizes())[:-1]) if self.accepted else []
-        return extend(moved, [a.effect for a in self.accepted], changes)
+        model = self.problem.model
+        theta = model.theta + self.problem.freedom.map @ self.fit.x[: self._model_values]
+        moved = Model(model.robot, model.effects, theta)
+        return extend(moved, [a.effect for a in self.accepted], self.effect_values)
 
     @cached_property
     def jacobian(self) -> Array:
         """How the extended model's theta (P,) moves with the values of the joint fit: (P, R)."""
-        own = len(self.case.freedom.prior)
         J = np.zeros((len(self.extension.model.theta), len(self.fit.x)))
-        J[: len(self.case.model.theta), :own] = self.case.freedom.map
-        at = own
+        J[: len(self.problem.model.theta), : self._model_values] = self.problem.freedom.map
+        at = self._model_values
         for places in self.extension.places:
             J[places, at + np.arange(len(places))] = 1.0
             at += len(places)
@@ -83,17 +78,17 @@ class State:
     @cached_property
     def covariance(self) -> Array:
         """Covariance (P, P) of the extended model's theta where residuals are as independent as their memory says."""
-        return self.jacobian @ inverted(self.fit.normal) @ self.jacobian.T
+        return self.jacobian @ pseudo_inverse(self.fit.normal) @ self.jacobian.T
 
-    def also(self, candidate: Candidate, effect: Effect) -> State:
+    def also(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""
-        baseline = self.baseline.joined(self.case.columns(effect, self.model), precision(effect))
-        accepted = (*self.accepted, Accepted(candidate, effect))
-        return State(self.case, accepted, self.model, self.evidence, baseline, fit(self.evidence, baseline))
+        baseline = self.baseline.joined(self.problem.columns(effect, self.model), prior_precision(effect))
+        accepted = (*self.accepted, AcceptedEffect(candidate, effect))
+        return replace(self, accepted=accepted, baseline=baseline, fit=fit_baseline(self.data, baseline))
 
-    def near(self, model: Model) -> bool:
-        """Whether candidates' columns by the state's model are as good as by another one, to search among them."""
-        for signals in self.case.signals:
+    def is_near(self, model: Model) -> bool:
+        """Whether candidates' columns by the hypothesis' model serve as well as by another one, to search among them."""
+        for signals in self.problem.signals:
             before, after = self.model.refer(signals), model.refer(signals)
             for name in ("load", "motor"):
                 old, new = before.from_model(name), after.from_model(name)
@@ -104,14 +99,57 @@ class State:
     @property
     def residual(self) -> Array:
         """The fit's residual (M, n) [N m|N] without the rows' weights."""
-        return self.fit.residual / self.case.weights
+        return self.fit.residual / self.problem.weights
 
     @property
     def torque(self) -> Array:
         """The measured torque (M, n) [N m|N] after the filter."""
-        return self.evidence.regressor.torque / self.case.weights
+        return self.data.regressor.torque / self.problem.weights
 
     @property
-    def inside(self) -> NDArray[np.bool_]:
+    def in_folds(self) -> NDArray[np.bool_]:
         """Rows (M,) that belong to a fold."""
-        return self.evidence.fold != OUTSIDE
+        return self.data.fold != OUTSIDE
+
+
+def prior_precision(effect: Effect) -> float:
+    """Prior precision of an accepted effect's values: none, but for the force of a contact."""
+    return STIFF if isinstance(effect, Contact) else 0.0
+
+
+def state_hypothesis(
+    problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect], model: Model, data: SearchData | None = None
+) -> Hypothesis:
+    """The hypothesis of some accepted effects, with columns that depend on a model evaluated by ``model``.
+
+    ``data`` of a model that is near enough is taken as it is, see ``Hypothesis.is_near``.
+    """
+    data = problem.search_data(model) if data is None else data
+    candidates = {c.key: c for c in (*problem.candidates, *(c for c in data.candidates if c.placebo))}
+    for one in accepted:
+        candidates.pop(one.candidate.key, None)
+    contacts = [one.effect for one in accepted if isinstance(one.effect, Contact)]
+    data = replace(data, candidates=tuple(candidates.values()), fold=_without_contacts(problem, contacts))
+    baseline = problem.freedom.baseline(data.regressor)
+    for one in accepted:
+        baseline = baseline.joined(problem.columns(one.effect, model), prior_precision(one.effect))
+    return Hypothesis(
+        problem=problem,
+        accepted=tuple(accepted),
+        model=model,
+        data=data,
+        baseline=baseline,
+        fit=fit_baseline(data, baseline),
+    )
+
+
+def _without_contacts(problem: DiagnosisProblem, contacts: Sequence[Contact]) -> NDArray[np.intp]:
+    """The folds without the rows of contacts, whose force no other fold can predict."""
+    fold, margin = problem.fold.copy(), 1 / problem.filter.cutoff
+    for contact in contacts:
+        for index, signals in enumerate(problem.signals):
+            rows = (problem.regressor.recording == index) & (signals.recording == contact.recording)
+            time = problem.regressor.time - signals.origin
+            for start, end in contact.intervals:
+                fold[rows & (time >= start - margin) & (time <= end + margin)] = OUTSIDE
+    return fold

@@ -1,4 +1,4 @@
-"""What else it could be: candidates that may take an accepted effect's place at no price the data can tell."""
+"""Rivals: candidates that could stand in an accepted effect's place as far as the data can tell."""
 
 from __future__ import annotations
 
@@ -7,78 +7,79 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
-from physident.diagnosis.search.acceptance import CLOSEST, as_good, costs, possible_sign, replaces
-from physident.diagnosis.search.candidate_scores import Look
-from physident.diagnosis.search.contact import CONTACT, scan
-from physident.diagnosis.search.hypothesis import Accepted, State
-from physident.diagnosis.search.shape_refinement import refined
-from physident.diagnosis.statistics.left_out_gains import gains
-from physident.diagnosis.statistics.normal_equations import inverted, whitening
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.search.acceptance import CLOSEST, contradiction, is_as_good, left_out_costs, makes_redundant
+from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 
 Array = NDArray[np.float64]
 CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: a hundredfold record would not show it
 
 
 @dataclass(frozen=True, eq=False)
-class Examined:
+class RivalCheck:
     """An accepted effect beside all others: its left-out ``gain``, and the candidates that could stand in its place."""
 
-    accepted: Accepted
+    accepted: AcceptedEffect
     gain: float
     rivals: tuple[Candidate, ...]
 
 
-def examine(last: Look, accepted: Accepted) -> Examined:
+def check_rivals(last: CandidateScores, accepted: AcceptedEffect) -> RivalCheck:
     """The left-out gain of an accepted effect beside all others, and its rivals."""
-    state = last.state
-    rest = state.case.state([a for a in state.accepted if a is not accepted], state.model, state.evidence)
+    hypothesis = last.hypothesis
+    others = [a for a in hypothesis.accepted if a is not accepted]
+    rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
+    response = rest.data.response[:, :, None]
     if accepted.candidate is CONTACT:
-        return Examined(accepted, float(scan(rest, rest.evidence.response[:, :, None]).evidence[0]), ())
-    found = gains(rest.evidence, rest.baseline, rest.fit, rest.evidence.response[:, :, None]).evidence[:, 0]
-    candidates = rest.evidence.candidates
-    own = next(c for c in candidates if c.key == accepted.candidate.key)
-    gain = float(found[candidates.index(own)])
-    rivals, cost = [], costs(rest, own, state.fit.weights)
-    for index in np.argsort(-found)[: CLOSEST + 1]:
+        return RivalCheck(accepted, float(scan_contacts(rest, response).evidence[0]), ())
+    gains = left_out_gains(rest.data, rest.baseline, rest.fit, response).evidence[:, 0]
+    candidates, weights = rest.data.candidates, hypothesis.fit.weights
+    accepted_candidate = next(c for c in candidates if c.key == accepted.candidate.key)
+    rivals, cost = [], left_out_costs(rest, accepted_candidate, weights)
+    for index in np.argsort(-gains)[: CLOSEST + 1]:
         other = candidates[int(index)]
         # a rival must itself be evidence, and its place must be free of the effect it would replace
-        if other is own or other.placebo or found[index] < last.threshold:
+        if other is accepted_candidate or other.placebo or gains[index] < last.threshold:
             continue
-        if not as_good(rest, other, cost, state.fit.weights):
+        if not is_as_good(rest, other, cost, weights):
             continue
-        if other.size > own.size and _contains(rest, other, accepted):
+        if other.size > accepted_candidate.size and _contains(rest, other, accepted):
             continue
-        if replaces(rest, other, own, last.threshold) and possible_sign(rest, other) is None:
+        if makes_redundant(rest, other, accepted_candidate, last.threshold) and contradiction(rest, other) is None:
             rivals.append(other)
-    return Examined(accepted, gain, tuple(rivals))
+    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals))
 
 
-def _contains(rest: State, other: Candidate, accepted: Accepted) -> bool:
+def _contains(rest: Hypothesis, other: Candidate, accepted: AcceptedEffect) -> bool:
     """Whether a larger candidate imitates the accepted effect because it contains it."""
     weights = rest.fit.weights
-    inside = rest.baseline.joined(rest.case.columns(refined(rest, other), rest.model))
-    columns = rest.case.columns(accepted.effect, rest.model)
+    inside = rest.baseline.joined(rest.problem.columns(refine_shape(rest, other), rest.model))
+    columns = rest.problem.columns(accepted.effect, rest.model)
     values = _value(rest, columns)
     torque = [w * (c @ values) for w, c in zip(weights, columns, strict=True)]
 
     def left(baseline_joints: tuple[Array, ...], prior: Array) -> float:
-        B = [w * own for w, own in zip(weights, baseline_joints, strict=True)]
-        H = np.sum([own.T @ own for own in B], axis=0) + np.diag(prior)
-        slope = np.sum([own.T @ t for own, t in zip(B, torque, strict=True)], axis=0)
-        return float(sum(t @ t for t in torque) - slope @ inverted(H) @ slope)
+        B = [w * columns for w, columns in zip(weights, baseline_joints, strict=True)]
+        H = np.sum([columns.T @ columns for columns in B], axis=0) + np.diag(prior)
+        slope = np.sum([columns.T @ t for columns, t in zip(B, torque, strict=True)], axis=0)
+        return float(sum(t @ t for t in torque) - slope @ pseudo_inverse(H) @ slope)
 
     before = left(rest.baseline.joints, rest.baseline.prior)
     return left(inside.joints, inside.prior) < CONTAINED * before
 
 
-def _value(rest: State, columns: list[Array]) -> Array:
-    """The values (k,) of columns that join a state's baseline."""
+def _value(rest: Hypothesis, columns: list[Array]) -> Array:
+    """The values (k,) of columns that join a hypothesis' baseline."""
     weights = rest.fit.weights
-    C = [w * own for w, own in zip(weights, columns, strict=True)]
-    B = [w * own for w, own in zip(weights, rest.baseline.joints, strict=True)]
+    C = [w * joint for w, joint in zip(weights, columns, strict=True)]
+    B = [w * joint for w, joint in zip(weights, rest.baseline.joints, strict=True)]
     cross = np.sum([b.T @ c for b, c in zip(B, C, strict=True)], axis=0)
     inner = np.sum([c.T @ c for c in C], axis=0)
     slope = np.sum([c.T @ (w * r) for c, w, r in zip(C, weights, rest.fit.residual.T, strict=True)], axis=0)
-    root = whitening(inner[None], (inner - cross.T @ inverted(rest.fit.normal) @ cross)[None])[0]
+    root = whitening(inner[None], (inner - cross.T @ pseudo_inverse(rest.fit.normal) @ cross)[None])[0]
     return root @ (root.T @ slope)

@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import Candidate
-from physident.diagnosis.search.hypothesis import State
-from physident.diagnosis.statistics.normal_equations import inverted, whitening
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.effects.effect import Effect
 
 Array = NDArray[np.float64]
 REFINED = 1e-2  # relative width at which the search ends: the shape's own uncertainty is larger
 
 
-def refined(state: State, candidate: Candidate) -> Effect:
-    """The candidate's effect with the shape of the largest gain beside a state's baseline (Golub and Pereyra, 1973)."""
+def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
+    """The candidate's effect with the shape of the largest gain beside a hypothesis' baseline (Golub and Pereyra, 1973)."""
     effects = [option.effect for option in candidate.options if option.effect is not None]
-    judge = Judge(state)
-    found = [judge.gain(state.evidence.everywhere(option.columns)) for option in candidate.options]
+    evaluator = GainEvaluator(hypothesis)
+    found = [evaluator.gain(hypothesis.data.columns(option.columns)) for option in candidate.options]
     top = int(np.argmax(found))
     best = effects[top]
     shape = next((s for s in best.shapes if getattr(best, s.field) is not None), None)
@@ -37,22 +37,22 @@ def refined(state: State, candidate: Candidate) -> Effect:
         return replace(best, **{shape.field: (value,)})
 
     def loss(logarithm: float) -> float:
-        return -judge.gain(state.case.columns(at_value(float(np.exp(logarithm))), state.model))
+        return -evaluator.gain(hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model))
 
     bounds = (np.log(low), np.log(high))
     answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})
     return at_value(float(np.exp(answer.x))) if -answer.fun > found[top] else best
 
 
-class Judge:
-    """The gain of columns on all rows beside a state's baseline, refitted with ``weights`` (n,), its own unless given."""
+class GainEvaluator:
+    """The gain of columns on all rows beside a hypothesis' baseline, refitted with ``weights`` (n,), its own unless given."""
 
-    def __init__(self, state: State, weights: Array | None = None) -> None:
-        self.weights = state.fit.weights if weights is None else weights
-        self.joints, response = state.baseline.joints, state.evidence.response
+    def __init__(self, hypothesis: Hypothesis, weights: Array | None = None) -> None:
+        self.weights = hypothesis.fit.weights if weights is None else weights
+        self.joints, response = hypothesis.baseline.joints, hypothesis.data.response
         squares = [B.T @ B for B in self.joints]
         slopes = [B.T @ y for B, y in zip(self.joints, response.T, strict=True)]
-        self.inverse = inverted(np.tensordot(self.weights**2, squares, 1) + np.diag(state.baseline.prior))
+        self.inverse = pseudo_inverse(np.tensordot(self.weights**2, squares, 1) + np.diag(hypothesis.baseline.prior))
         x = self.inverse @ np.tensordot(self.weights**2, slopes, 1)
         self.residual = response - np.column_stack([B @ x for B in self.joints])
 

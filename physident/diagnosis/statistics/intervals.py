@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.evidence import OUTSIDE, blocks
-from physident.diagnosis.search.hypothesis import Accepted, State
-from physident.diagnosis.statistics.normal_equations import inverted
+from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.problem.search_data import OUTSIDE
+from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.estimation.uncertainty import t_quantile
 
 Array = NDArray[np.float64]
@@ -18,7 +19,7 @@ STEP = 0.02  # relative, of a shape: its column's derivative is then right to a 
 
 
 @dataclass(frozen=True, eq=False)
-class Certainty:
+class Uncertainty:
     """``covariance`` (P, P) of the extended model's theta, ``shapes`` [the effect's key, standard error of its shape],
     and ``half``: how many standard errors a 95 % interval reaches."""
 
@@ -27,37 +28,37 @@ class Certainty:
     half: float
 
 
-def certainty(state: State) -> Certainty:
+def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
     """Errors of all values and shapes, from how far they move when one block is left out (CV3, see ``uncertainty``)."""
-    baseline, shaped = state.baseline, []
-    for a, values in zip(state.accepted, _values(state), strict=True):
-        slopes = _slope(state, a, values)
+    baseline, shaped = hypothesis.baseline, []
+    for a, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
+        slopes = _slope(hypothesis, a, values)
         if slopes is not None:
             shaped.append(a.candidate.key)
             baseline = baseline.joined(slopes)
-    weights, residual = state.fit.weights, state.fit.residual
-    labels = blocks(state.evidence, float(state.fit.memory.max()))
-    B = np.stack([w * own for w, own in zip(weights, baseline.joints, strict=True)], axis=1)
+    weights, residual = hypothesis.fit.weights, hypothesis.fit.residual
+    labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
+    B = np.stack([w * columns for w, columns in zip(weights, baseline.joints, strict=True)], axis=1)
     r = residual * weights
     rows = [np.flatnonzero(labels == b) for b in np.unique(labels[labels != OUTSIDE])]
-    normals = [np.einsum("mjr,mjs->rs", B[own], B[own], optimize=True) for own in rows]
-    scores = [np.einsum("mjr,mj->r", B[own], r[own]) for own in rows]
+    normals = [np.einsum("mjr,mjs->rs", B[block], B[block], optimize=True) for block in rows]
+    scores = [np.einsum("mjr,mj->r", B[block], r[block]) for block in rows]
     prior = np.diag(baseline.prior)
     H = np.sum(normals, axis=0) + prior
-    moved = np.array([inverted(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])
-    inverse = inverted(H)
+    moved = np.array([pseudo_inverse(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])
+    inverse = pseudo_inverse(H)
     G = len(rows)
     covariance = moved.T @ moved * (G - 1) / G + inverse @ prior @ inverse
-    R = len(state.fit.x)
+    R = len(hypothesis.fit.x)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[R:]
-    J = state.jacobian
+    J = hypothesis.jacobian
     shapes = {
         key: float(error * getattr(a.effect, str(_field(a)))[0])
         for key, error in zip(shaped, errors, strict=True)
-        for a in state.accepted
+        for a in hypothesis.accepted
         if a.candidate.key == key
     }
-    return Certainty(J @ covariance[:R, :R] @ J.T, shapes, t_quantile(G))
+    return Uncertainty(J @ covariance[:R, :R] @ J.T, shapes, t_quantile(G))
 
 
 def resampled_reduction(before: Array, after: Array, seed: int) -> tuple[float, float]:
@@ -68,12 +69,7 @@ def resampled_reduction(before: Array, after: Array, seed: int) -> tuple[float, 
     return float(low), float(high)
 
 
-def _values(state: State) -> list[Array]:
-    own = len(state.case.freedom.prior)
-    return np.split(state.fit.x[own:], np.cumsum(state.sizes())[:-1]) if state.accepted else []
-
-
-def _field(accepted: Accepted) -> str | None:
+def _field(accepted: AcceptedEffect) -> str | None:
     """The field of the shape that was searched for, or None."""
     if len(accepted.candidate.options) == 1:
         return None
@@ -83,14 +79,14 @@ def _field(accepted: Accepted) -> str | None:
     return None
 
 
-def _slope(state: State, accepted: Accepted, values: Array) -> list[Array] | None:
+def _slope(hypothesis: Hypothesis, accepted: AcceptedEffect, values: Array) -> list[Array] | None:
     """How the effect's torque (M, 1) in each joint's rows moves with the logarithm of its shape."""
     field = _field(accepted)
     if field is None:
         return None
     value = getattr(accepted.effect, field)[0]
     sides = [
-        state.case.columns(replace(accepted.effect, **{field: (value * factor,)}), state.model)
+        hypothesis.problem.columns(replace(accepted.effect, **{field: (value * factor,)}), hypothesis.model)
         for factor in (1 + STEP, 1 / (1 + STEP))
     ]
     width = 2 * np.log(1 + STEP)

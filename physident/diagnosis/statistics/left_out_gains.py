@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.evidence import OUTSIDE, Baseline, Evidence, Fit
-from physident.diagnosis.statistics.normal_equations import inverted, whitening
+from physident.diagnosis.problem.baseline_fit import Fit
+from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 
 Array = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ class LeftOut:
         return evidence_of(self.before.sum(axis=0), self.gain.sum(axis=1), self.worth)
 
     @property
-    def least(self) -> Array:
+    def gain_without_best_fold(self) -> Array:
         """Evidence (candidates, S) without the fold that speaks most for a candidate."""
         before, gain = self.before.sum(axis=0), self.gain.sum(axis=1)
         every = [
@@ -53,35 +54,35 @@ def evidence_of(before: Array, gain: Array, worth: Array) -> Array:
     return np.sum(worth[:, None] * np.log(np.maximum(before, 1e-300) / after), axis=-2)
 
 
-def gains(evidence: Evidence, baseline: Baseline, now: Fit, responses: Array) -> LeftOut:
+def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Array) -> LeftOut:
     """What each candidate gains on left-out rows for responses (M, n, S).
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
     the gain is by how much the squared weighted residual inside the fold is smaller with it.
     """
-    labels = [int(f) for f in np.unique(evidence.fold) if f != OUTSIDE]
-    products = [_products(evidence, baseline, now.weights, responses, evidence.fold == f) for f in labels]
+    labels = [int(f) for f in np.unique(data.fold) if f != OUTSIDE]
+    products = [_products(data, baseline, fit.weights, responses, data.fold == f) for f in labels]
     sums = [_total(own) for own in products]
     whole = _total(sums)
-    S, n = responses.shape[2], len(now.weights)
+    S, n = responses.shape[2], len(fit.weights)
     before = np.zeros((len(labels), n, S))
-    gain = np.zeros((len(evidence.candidates), len(labels), n, S))
+    gain = np.zeros((len(data.candidates), len(labels), n, S))
     for at, (own, left_out) in enumerate(zip(products, sums, strict=True)):
-        before[at], gain[:, at] = _left_out(evidence, whole - left_out, own, baseline.prior)
-    rows = evidence.regressor.counted[evidence.fold != OUTSIDE].sum(axis=0)
-    return LeftOut(before, gain, rows / now.memory)
+        before[at], gain[:, at] = _left_out(data, whole - left_out, own, baseline.prior)
+    rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
+    return LeftOut(before, gain, rows / fit.memory)
 
 
-def shares(evidence: Evidence, baseline: Baseline, weights: Array) -> Array:
+def visible_shares(data: SearchData, baseline: Baseline, weights: Array) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
-    every = np.ones(len(evidence.fold), dtype=bool)
-    products = _total(_products(evidence, baseline, weights, np.zeros((*evidence.response.shape, 1)), every))
-    Z = inverted(products.BB + np.diag(baseline.prior)) @ products.BC
-    result = np.zeros(len(evidence.candidates))
-    for cls, inner in zip(evidence.classes, products.CC, strict=True):
+    every = np.ones(len(data.fold), dtype=bool)
+    products = _total(_products(data, baseline, weights, np.zeros((*data.response.shape, 1)), every))
+    Z = pseudo_inverse(products.BB + np.diag(baseline.prior)) @ products.BC
+    result = np.zeros(len(data.candidates))
+    for group, inner in zip(data.groups, products.CC, strict=True):
         size = np.trace(inner, axis1=1, axis2=2)
-        outside = size - np.einsum("rok,rok->o", products.BC[:, cls.columns], Z[:, cls.columns])
-        np.maximum.at(result, cls.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
+        outside = size - np.einsum("rok,rok->o", products.BC[:, group.columns], Z[:, group.columns])
+        np.maximum.at(result, group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
     return result
 
 
@@ -111,20 +112,20 @@ class _Products:
 
 
 def _products(
-    evidence: Evidence, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
+    data: SearchData, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
 ) -> list[_Products]:
     """The products of each joint's rows."""
-    R, P, S = len(baseline.prior), len(evidence.regressor.columns), responses.shape[2]
+    R, P, S = len(baseline.prior), len(data.regressor.columns), responses.shape[2]
     result = []
-    for j, (own, w) in enumerate(zip(evidence.regressor.joints, weights, strict=True)):
+    for j, (own, w) in enumerate(zip(data.regressor.joints, weights, strict=True)):
         B, C, y = w * baseline.joints[j][rows], w * own.values[rows], w * responses[rows, j]
         BC, Cy = np.zeros((R, P)), np.zeros((P, S))
         BC[:, own.columns], Cy[own.columns] = B.T @ C, C.T @ y
         padded = np.column_stack([C, np.zeros(len(C))]).T
         CC = []
-        for cls in evidence.classes:
-            options, at = cls.joints[j]
-            inner = np.zeros((len(cls.owner), cls.columns.shape[1], cls.columns.shape[1]))
+        for group in data.groups:
+            options, at = group.joints[j]
+            inner = np.zeros((len(group.owner), group.columns.shape[1], group.columns.shape[1]))
             values = padded[at]  # (O, k, M)
             inner[options] = values @ values.transpose(0, 2, 1)
             CC.append(inner)
@@ -139,9 +140,9 @@ def _total(products: Sequence[_Products]) -> _Products:
     return whole
 
 
-def _left_out(evidence: Evidence, train: _Products, test: Sequence[_Products], prior: Array) -> tuple[Array, Array]:
+def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], prior: Array) -> tuple[Array, Array]:
     """Costs (n, S) of the baseline on one fold by joint, and gains (candidates, n, S) of what the other folds decide."""
-    inverse = inverted(train.BB + np.diag(prior))
+    inverse = pseudo_inverse(train.BB + np.diag(prior))
     Z, x = inverse @ train.BC, inverse @ train.By
     slope = train.Cy - train.BC.T @ x
     moved, through = [], []
@@ -150,11 +151,11 @@ def _left_out(evidence: Evidence, train: _Products, test: Sequence[_Products], p
         through.append(0.5 * (own.BB @ Z) - own.BC)
     n, S = len(test), slope.shape[1]
     before = np.array([own.yy - 2 * np.sum(x * own.By, axis=0) + np.sum(x * (own.BB @ x), axis=0) for own in test])
-    result = np.zeros((len(evidence.candidates), n, S))
-    best = np.full((len(evidence.candidates), S), -np.inf)
+    result = np.zeros((len(data.candidates), n, S))
+    best = np.full((len(data.candidates), S), -np.inf)
     every = np.arange(S)
-    for k, cls in enumerate(evidence.classes):
-        c = cls.columns
+    for k, group in enumerate(data.groups):
+        c = group.columns
         Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
         cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
         root = whitening(train.CC[k], train.CC[k] - cross)
@@ -165,8 +166,8 @@ def _left_out(evidence: Evidence, train: _Products, test: Sequence[_Products], p
             half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
             apart = own.CC[k] + half + half.transpose(0, 2, 1)
             gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
-        for candidate in np.unique(cls.owner):
-            mine = np.flatnonzero(cls.owner == candidate)
+        for candidate in np.unique(group.owner):
+            mine = np.flatnonzero(group.owner == candidate)
             top = mine[np.argmax(seen[mine], axis=0)]
             better = seen[top, every] > best[candidate]
             best[candidate] = np.where(better, seen[top, every], best[candidate])

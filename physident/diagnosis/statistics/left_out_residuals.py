@@ -7,23 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.evidence import OUTSIDE, Baseline, Evidence
-from physident.diagnosis.statistics.normal_equations import inverted, whitening
+from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 
 Array = NDArray[np.float64]
 
 
-class Folded:
+class LeftOutFits:
     """A baseline fitted outside each fold, kept, so that one candidate more costs its own products alone."""
 
-    def __init__(self, evidence: Evidence, baseline: Baseline, weights: Array) -> None:
+    def __init__(self, data: SearchData, baseline: Baseline, weights: Array) -> None:
         self.joints, self.squares = baseline.joints, weights**2
-        self.tests = [np.flatnonzero(evidence.fold == f) for f in np.unique(evidence.fold) if f != OUTSIDE]
-        y = evidence.response
+        self.tests = [np.flatnonzero(data.fold == f) for f in np.unique(data.fold) if f != OUTSIDE]
+        y = data.response
         grams = [self._products(rows, self.joints, self.joints) for rows in self.tests]
         slopes = [self._products(rows, self.joints, y.T[:, :, None])[:, 0] for rows in self.tests]
         whole, slope = np.sum(grams, axis=0) + np.diag(baseline.prior), np.sum(slopes, axis=0)
-        self.inverse = [inverted(whole - own) for own in grams]
+        self.inverse = [pseudo_inverse(whole - own) for own in grams]
         self.x = [inverse @ (slope - own) for inverse, own in zip(self.inverse, slopes, strict=True)]
         self.response, self.alone = y, np.zeros_like(y)
         for rows, x in zip(self.tests, self.x, strict=True):
@@ -87,7 +87,7 @@ def standard_error(differences: Array) -> float:
     return float(np.sqrt(G / (G - 1) * np.sum((differences - differences.mean()) ** 2)))
 
 
-def reduced(before: Array, after: Array) -> float:
+def reduction_percent(before: Array, after: Array) -> float:
     """By how much [%] the RMS of the joint that feels it most falls, from squared residuals (n,) before and after."""
     left = np.maximum(after, 0.0) / np.maximum(before, 1e-300)
     return float(100 * (1 - np.sqrt(left.min())))

@@ -12,7 +12,6 @@ from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 SAME = 0.05  # share of RMS velocity, and of RMS position about its mean: a smaller difference is the controller's
-AT_FLOOR = 1.1  # times the floor: what a tenth more torque error means lies inside the floor's own scatter
 SHORTEST = 5.0  # s that must repeat: a slow stretch alone can be like another
 
 

@@ -20,7 +20,7 @@ def whitening(inner: Array, outside: Array) -> Array:
     return vectors * scale[:, None, :] / size[:, :, None]
 
 
-def inverted(H: Array) -> Array:
+def pseudo_inverse(H: Array) -> Array:
     """Inverse of a normal matrix (R, R), zero along directions that nothing decides."""
     if not len(H):
         return H

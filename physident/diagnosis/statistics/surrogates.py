@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def randomised(residual: Array, segment: NDArray[np.intp], count: int, seed: int) -> Array:
+def phase_randomised(residual: Array, segment: NDArray[np.intp], count: int, seed: int) -> Array:
     """Surrogates (M, n, count) of residuals (M, n), each contiguous segment (label (M,)) on its own."""
     rng = np.random.default_rng([seed, 7])
     result = np.empty((*residual.shape, count))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from physident.diagnosis.result.assemble import separating
+from physident.diagnosis.result.advice import separation_advice
 from physident.diagnosis.result.findings import Finding, Rival
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, effect_words, in_words, listed, numbered
 from physident.report.markup import Markup, tag
 from physident.report.sections.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
@@ -21,7 +21,7 @@ LEADS = {
 }
 
 
-def advice(c: Contents) -> Markup:
+def advice(c: DiagnosisRecord) -> Markup:
     """A list, or the statement that nothing more is needed."""
     items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_vague(c), *_remainder(c), *_unseen(c), *_held(c)]
     if not items:
@@ -29,7 +29,7 @@ def advice(c: Contents) -> Markup:
     return tag("section", tag("h2", "What to record next"), tag("ul", *(tag("li", item) for item in items)))
 
 
-def _incomplete(c: Contents) -> list[str]:
+def _incomplete(c: DiagnosisRecord) -> list[str]:
     if not c.incomplete:
         return []
     return [
@@ -37,7 +37,7 @@ def _incomplete(c: Contents) -> list[str]:
     ]
 
 
-def _rivals(c: Contents) -> list[str]:
+def _rivals(c: DiagnosisRecord) -> list[str]:
     return [
         f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
         for f in c.findings
@@ -45,14 +45,14 @@ def _rivals(c: Contents) -> list[str]:
     ]
 
 
-def _separating(c: Contents, f: Finding, r: Rival) -> str:
+def _separating(c: DiagnosisRecord, f: Finding, r: Rival) -> str:
     """What separates a rival: the command that designs the motion, and how either shows."""
     if r.effect == f.effect:
         return "move these joints one at a time"
-    return in_words(separating(c.question, f.effect, f.joints, r))
+    return in_words(separation_advice(c.question, f.effect, f.joints, r))
 
 
-def _holdout(c: Contents) -> list[str]:
+def _holdout(c: DiagnosisRecord) -> list[str]:
     if not c.findings or c.scored_on == "holdout":
         return []
     return [
@@ -61,7 +61,7 @@ def _holdout(c: Contents) -> list[str]:
     ]
 
 
-def _vague(c: Contents) -> list[str]:
+def _vague(c: DiagnosisRecord) -> list[str]:
     wide = [
         f"{effect_words(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
         for f in c.findings
@@ -73,7 +73,7 @@ def _vague(c: Contents) -> list[str]:
     return [f"A longer recording, or more of them: intervals hold zero for {listed(list(dict.fromkeys(wide)))}."]
 
 
-def _remainder(c: Contents) -> list[str]:
+def _remainder(c: DiagnosisRecord) -> list[str]:
     left = c.structured
     if not left:
         return []
@@ -94,7 +94,7 @@ def _remainder(c: Contents) -> list[str]:
     return items
 
 
-def _unseen(c: Contents) -> list[str]:
+def _unseen(c: DiagnosisRecord) -> list[str]:
     items = []
     reasons = by_reason(c)
     # of a joint about a vertical axis no motion shows the zero
@@ -110,8 +110,8 @@ def _unseen(c: Contents) -> list[str]:
     return items
 
 
-def _held(c: Contents) -> list[str]:
-    if not c.held:
+def _held(c: DiagnosisRecord) -> list[str]:
+    if not c.unidentified:
         return []
     return ["Motions that show the parameters that were never identified: physident inspect --robot ... --effects all."]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import REMAINS, headline, listed
 from physident.report.markup import Markup, joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
@@ -19,7 +19,7 @@ MARKS = {
 WORSE = 1.0  # %: a smaller rise is no news
 
 
-def answer(c: Contents) -> Markup:
+def answer(c: DiagnosisRecord) -> Markup:
     """The head of the page."""
     return tag(
         "header",
@@ -32,15 +32,15 @@ def answer(c: Contents) -> Markup:
     )
 
 
-def judged_on(c: Contents) -> str:
+def judged_on(c: DiagnosisRecord) -> str:
     """Which rows the errors before and after are of."""
     if c.scored_on != "holdout":
         return "rows of the diagnosed recordings that were left out while fitting"
-    files = [c.shown(used.path) for used in c.recordings if used.role == "holdout"]
+    files = [c.short_name(used.path) for used in c.recordings if used.role == "holdout"]
     return f"{listed(files) if len(files) < 4 else f'{len(files)} recordings'}, which nothing had been fitted to"
 
 
-def _gains(c: Contents) -> list[str]:
+def _gains(c: DiagnosisRecord) -> list[str]:
     if not c.findings:
         return []
     units, before, after = torque_units(c.model.robot), c.before.rms, c.after.rms
@@ -58,7 +58,7 @@ def _gains(c: Contents) -> list[str]:
     return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}. " if worse else " "]
 
 
-def _cautions(c: Contents) -> list[Markup]:
+def _cautions(c: DiagnosisRecord) -> list[Markup]:
     """What must be known before the answer is used."""
     said = []
     if passed := [p for p in c.placebos if p.passed]:

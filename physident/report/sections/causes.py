@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 
-from physident.diagnosis.result.findings import Finding, Rival, Value
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.findings import Finding, ParameterValue, Rival
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, effect_words, listed
 from physident.effects.catalogue import CATALOGUE
 from physident.report.markup import Markup, joined, table, tag
@@ -14,7 +14,7 @@ from physident.view.figures.residual import torque_units
 from physident.view.style import effect_colour
 
 
-def causes(c: Contents) -> list[Markup]:
+def causes(c: DiagnosisRecord) -> list[Markup]:
     """One card for each finding, the one with most evidence first."""
     if not c.findings:
         return []
@@ -22,7 +22,7 @@ def causes(c: Contents) -> list[Markup]:
     return [tag("section", tag("h2", "What was found"), *cards)]
 
 
-def _card(c: Contents, n: int, f: Finding) -> Markup:
+def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
     effect = CATALOGUE[f.effect]
     equation = (inspect.getdoc(effect) or "").split("\n\n")[0].replace("``", "")
     title = cause(f.effect, f.joints)
@@ -39,7 +39,7 @@ def _card(c: Contents, n: int, f: Finding) -> Markup:
     )
 
 
-def _gain(c: Contents, f: Finding) -> list[str]:
+def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
     units = {torque_units(c.model.robot)[j - 1] for j in f.joints} or {*torque_units(c.model.robot)}
     unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
     where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
@@ -55,9 +55,9 @@ def _times(f: Finding) -> str:
     return listed([f"from {start:.2f} to {end:.2f} s" for start, end in f.intervals])
 
 
-def _recording(c: Contents, f: Finding) -> str:
+def _recording(c: DiagnosisRecord, f: Finding) -> str:
     paths = [used.path for used in c.recordings if used.sha256 == f.recording]
-    return c.shown(paths[0]) if paths else "its recording"
+    return c.short_name(paths[0]) if paths else "its recording"
 
 
 def _parameters(f: Finding) -> list[Markup]:
@@ -70,7 +70,7 @@ def _parameters(f: Finding) -> list[Markup]:
     ]
 
 
-def _row(f: Finding, v: Value, changed: bool) -> list[str]:
+def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
     low, high = v.interval95
     name = effect_words(v.name) if v.name == f.effect else v.name
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
@@ -78,7 +78,7 @@ def _row(f: Finding, v: Value, changed: bool) -> list[str]:
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
 
 
-def _end(v: Value) -> list[Markup]:
+def _end(v: ParameterValue) -> list[Markup]:
     return [tag("small", " at the end of the range that is searched")] if v.at_end else []
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause
 from physident.report.chart import swatch
 from physident.report.markup import Markup, joined, table, tag
@@ -15,7 +15,7 @@ ROOM = 1.08  # of the greatest gain: the scale's end
 MARGIN = 3  # %: a mark at the scale's end stays on it
 
 
-def evidence(c: Contents) -> list[Markup]:
+def evidence(c: DiagnosisRecord) -> list[Markup]:
     """A scale with the gate, the placebos and the findings, and the same as numbers."""
     if not c.placebos:
         return []
@@ -47,7 +47,7 @@ def evidence(c: Contents) -> list[Markup]:
     return [tag("section", tag("h2", "Evidence"), tag("p", text), _scale(c, gate), table(head, rows, class_="numbers"))]
 
 
-def _scale(c: Contents, gate: float) -> Markup:
+def _scale(c: DiagnosisRecord, gate: float) -> Markup:
     """Marks on a scale whose distances are square roots, so that placebos near zero and strong findings both show."""
     top = ROOM * max(gate, 1.0, *(f.evidence for f in c.findings), *(p.gain for p in c.placebos))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import came
 from physident.report.chart import legend
 from physident.report.markup import Markup, tag
@@ -16,7 +16,7 @@ from physident.view.figures.residual import torque_units
 FLOOR = " The floor is what did not repeat where a diagnosed motion did: no model can be expected much below it."
 
 
-def levels(c: Contents) -> Markup:
+def levels(c: DiagnosisRecord) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
     names = [(came(c.question), style.RESIDUAL)]
@@ -36,7 +36,7 @@ def levels(c: Contents) -> Markup:
     )
 
 
-def _row(c: Contents, j: int, largest: float) -> Markup:
+def _row(c: DiagnosisRecord, j: int, largest: float) -> Markup:
     unit = torque_units(c.model.robot)[j]
     shown = [(c.before, style.RESIDUAL), (c.after, style.PREDICTED)][: 2 if c.findings else 1]
     bars = [
@@ -56,5 +56,5 @@ def _row(c: Contents, j: int, largest: float) -> Markup:
     )
 
 
-def _floor(c: Contents, j: int, unit: str) -> list[Markup]:
+def _floor(c: DiagnosisRecord, j: int, unit: str) -> list[Markup]:
     return [] if c.noise_floor is None else [tag("div", f"floor {quantity(c.noise_floor[j], unit)}", class_="fine")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import effect_words, numbered
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
@@ -12,13 +12,13 @@ NO_TORQUE, NONE_OF_ITS_OWN = "shows no torque", "shows no torque of its own"
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
 
-def limits(c: Contents) -> Markup:
+def limits(c: DiagnosisRecord) -> Markup:
     """Unseen effects by reason, parameters that were never identified, and the residual that is no noise."""
     parts = _unseen(c) + _held(c) + _incomplete(c) + _remainder(c)
     return tag("section", tag("h2", "What could not be seen"), *(parts or [tag("p", "Nothing of the catalogue.")]))
 
 
-def by_reason(c: Contents) -> dict[str, dict[str, list[int]]]:
+def by_reason(c: DiagnosisRecord) -> dict[str, dict[str, list[int]]]:
     """Unseen effects with their joints, under the reason why."""
     own = {effect.name for effect in c.model.effects}
     found: dict[str, dict[str, list[int]]] = {}
@@ -33,7 +33,7 @@ def by_reason(c: Contents) -> dict[str, dict[str, list[int]]]:
     return found
 
 
-def _unseen(c: Contents) -> list[Markup]:
+def _unseen(c: DiagnosisRecord) -> list[Markup]:
     parts = []
     if c.unseen:
         parts.append(
@@ -53,7 +53,7 @@ def _grid(rows: list[list[str]]) -> Markup:
     return tag("ul", *(tag("li", tag("strong", name), f" {where}") for name, where in rows), class_="grid")
 
 
-def _where(name: str, joints: list[int], c: Contents) -> str:
+def _where(name: str, joints: list[int], c: DiagnosisRecord) -> str:
     if not joints:
         return "the whole arm"
     word = "link" if name == "link_inertia" else "joint"
@@ -61,13 +61,13 @@ def _where(name: str, joints: list[int], c: Contents) -> str:
     return f"every {word}" if every else f"{word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
-def _held(c: Contents) -> list[Markup]:
-    if not c.held:
+def _held(c: DiagnosisRecord) -> list[Markup]:
+    if not c.unidentified:
         return []
-    return [tag("p", tag("strong", "Never identified, held as they are: "), joined(", ".join(c.held)))]
+    return [tag("p", tag("strong", "Never identified, held as they are: "), joined(", ".join(c.unidentified)))]
 
 
-def _incomplete(c: Contents) -> list[Markup]:
+def _incomplete(c: DiagnosisRecord) -> list[Markup]:
     if not c.incomplete:
         return []
     where = f"joint{'s' if len(c.incomplete) > 1 else ''} {numbered(list(c.incomplete))}"
@@ -77,7 +77,7 @@ def _incomplete(c: Contents) -> list[Markup]:
     return [tag("p", tag("strong", "Doubtful as a difference: "), text)]
 
 
-def _remainder(c: Contents) -> list[Markup]:
+def _remainder(c: DiagnosisRecord) -> list[Markup]:
     left = c.structured
     if not left:
         return [tag("p", "What remains of the torque has no more memory than noise through the same filter.")]

@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import came
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -19,7 +19,7 @@ from physident.report.reread import Reread
 PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # as people and as installers call them
 
 
-def provenance(c: Contents, read: Sequence[Reread], command: str) -> Markup:
+def provenance(c: DiagnosisRecord, read: Sequence[Reread], command: str) -> Markup:
     """Tables of the recordings and of everything else; the last section."""
     rows = [[one.used.path, one.used.role, tag("code", one.used.sha256), one.said] for one in read]
     return tag(
@@ -30,7 +30,7 @@ def provenance(c: Contents, read: Sequence[Reread], command: str) -> Markup:
     )
 
 
-def _facts(c: Contents, command: str) -> list[tuple[str, str]]:
+def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
     robot = c.model.robot
     rows: list[tuple[str, str]] = []
     if c.path is not None:
@@ -61,7 +61,7 @@ def _model(model: Model) -> Markup:
     return tag("span", text, tag("code", digest))
 
 
-def _again(c: Contents) -> str:
+def _again(c: DiagnosisRecord) -> str:
     """The command that asks the same of the same recordings; the model's file is not known to a diagnosis."""
     words = ["physident", "diagnose", *(["--robot", "ROBOT"] if c.question == "nominal" else ["--model", "MODEL"])]
     words += [shlex.quote(used.path) for used in c.recordings if used.role != "holdout"]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import came
 from physident.effects.contact import Contact
 from physident.errors import InputError
@@ -22,12 +22,12 @@ DRAWN = 2  # recordings
 EXTENDED = "extended model"
 
 
-def torques(c: Contents, read: Sequence[Reread]) -> Markup:
+def torques(c: DiagnosisRecord, read: Sequence[Reread]) -> Markup:
     """Charts of the recordings that could be read again; what could not is said."""
     drawn = _chosen(c, read)
     lost = [one for one in read if one.recording is None]
-    said = [tag("p", f"{c.shown(one.used.path)}: {one.said}. No torque of it is drawn.") for one in lost]
-    if more := [c.shown(one.used.path) for one in read if one not in drawn and one not in lost]:
+    said = [tag("p", f"{c.short_name(one.used.path)}: {one.said}. No torque of it is drawn.") for one in lost]
+    if more := [c.short_name(one.used.path) for one in read if one not in drawn and one not in lost]:
         said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
     if not drawn:
         said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
@@ -35,7 +35,7 @@ def torques(c: Contents, read: Sequence[Reread]) -> Markup:
     return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *said)
 
 
-def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
+def _chosen(c: DiagnosisRecord, read: Sequence[Reread]) -> list[Reread]:
     """First the recordings with a contact that was found, then those nobody fitted, then the diagnosed ones."""
     touched = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
     had = [one for one in read if one.recording is not None]
@@ -44,9 +44,9 @@ def _chosen(c: Contents, read: Sequence[Reread]) -> list[Reread]:
     return (wanted or rank[:1])[:DRAWN]
 
 
-def _charts(c: Contents, one: Reread) -> list[Markup]:
+def _charts(c: DiagnosisRecord, one: Reread) -> list[Markup]:
     assert one.recording is not None
-    head = tag("h3", c.shown(one.used.path))
+    head = tag("h3", c.short_name(one.used.path))
     try:
         pair = predict_pair(c.model, c.extended, [one.recording], c.filter, c.drive_gains)
     except InputError as error:
@@ -66,13 +66,13 @@ def _charts(c: Contents, one: Reread) -> list[Markup]:
     ]
 
 
-def _bands(c: Contents, sha256: str) -> list[tuple[float, float]]:
+def _bands(c: DiagnosisRecord, sha256: str) -> list[tuple[float, float]]:
     effects = c.extended.effects if c.extended is not None else ()
     found = [e for e in effects if isinstance(e, Contact) and e.recording in ("", sha256)]
     return [interval for effect in found for interval in effect.intervals]
 
 
-def _joint(c: Contents, pair: Pair, j: int, start: float, bands: Sequence[tuple[float, float]]) -> Markup:
+def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence[tuple[float, float]]) -> Markup:
     unit, robot = torque_units(c.model.robot)[j], c.model.robot
     rows = np.flatnonzero(pair.before.counted[:, j])
     title = f"Joint {j + 1}, {robot.joint_names[j]}"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from physident.diagnosis.result.findings import Diagnosis
+from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.wording import REMAINS, headline
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
@@ -25,7 +25,7 @@ class Content:
     robot: Robot
     recordings: tuple[Recording, ...] = ()
     models: Mapping[str, Model] = field(default_factory=dict)
-    diagnosis: Contents | None = None
+    diagnosis: DiagnosisRecord | None = None
     plan: Plan | None = None
     filter: Filter = field(default_factory=Filter)
     meshes: Path | None = None
@@ -34,7 +34,7 @@ class Content:
 def compose(
     models: Mapping[str, Estimate],
     recordings: Recording | Iterable[Recording],
-    diagnosis: Contents | None,
+    diagnosis: DiagnosisRecord | None,
     robot: Robot | None,
     cutoff: float | None,
 ) -> Content:

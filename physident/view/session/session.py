@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.result.findings import Diagnosis
-from physident.diagnosis.result.saved import contents_of, read_contents
+from physident.diagnosis.result.diagnosis import Diagnosis
+from physident.diagnosis.result.saved import read_diagnosis
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.excitation.design import Design
@@ -60,10 +60,7 @@ def view(
     model. ``web`` serves the viewer to a browser on this machine at the address it prints, until it is interrupted.
     Raises InputError where nothing is given, the models are of different arms, or the file cannot be written.
     """
-    if isinstance(diagnosis, str | Path):
-        said = read_contents(diagnosis)
-    else:
-        said = None if diagnosis is None else contents_of(diagnosis)
+    said = read_diagnosis(diagnosis) if isinstance(diagnosis, str | Path) else None if diagnosis is None else diagnosis
     c = compose(_named(models), recordings, said, robot, cutoff)
     meshes = None if meshes is None else Path(meshes)
     c = replace(c, plan=None if plan is None else plan_of(plan, tuple(float(p) for p in progress)), meshes=meshes)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.result.saved import Contents
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import REMAINS, cause, effect_words, headline, listed
 from physident.robots.robot import Robot
 from physident.view.session.data import SessionData, spans
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 MAX_ROWS = 12  # parameters of one finding
 
 
-def summary(data: SessionData, robot: Robot, c: Contents | None) -> str:
+def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
     """Markdown: the error of each model per joint over everything shown, and the recordings."""
     roles = {used.sha256: used.role for used in c.recordings} if c is not None else {}
     lines = []
@@ -36,12 +36,12 @@ def summary(data: SessionData, robot: Robot, c: Contents | None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def findings(c: Contents) -> str:
+def findings(c: DiagnosisRecord) -> str:
     """Markdown: the verdict, each finding with its numbers, rivals and advice, what remains, what could not be seen."""
     lines = [f"# {headline(c.question, c.verdict, c.findings)}", "", REMAINS[c.verdict], ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
-    if left := [r for r in c.remainder if r.structured]:
+    if left := c.structured:
         said = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
         lines += [f"**What remains and is not noise** [N m RMS]: {said}.", ""]
     unseen: dict[str, set[int]] = {}

@@ -1,0 +1,41 @@
+"""Errors per joint before and after a diagnosis, on a holdout or on left-out rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.diagnosis.result.findings import JointErrors
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.estimation.estimate import Estimate
+from physident.recordings.recording import Recording
+from physident.validation.scores import compare, validate
+
+
+def errors_before_and_after(
+    first: Hypothesis, last: Hypothesis, extended: Estimate | None, holdout: Sequence[Recording]
+) -> tuple[JointErrors, JointErrors]:
+    """Errors of the model as it came and of the extended one: on the holdout where there is one, else on left-out rows."""
+    if not holdout:
+        return _left_out_errors(first), _left_out_errors(last)
+    given = as_estimate(first.problem.given, first.problem.filter)
+    if extended is None:
+        score = validate(given, holdout)
+        errors = JointErrors(score.rms, score.relative)
+        return errors, errors
+    gain = compare(given, extended, on=holdout)
+    return JointErrors(gain.before.rms, gain.before.relative), JointErrors(gain.after.rms, gain.after.relative)
+
+
+def _left_out_errors(hypothesis: Hypothesis) -> JointErrors:
+    residual = hypothesis.left_out_fits.residual() / hypothesis.problem.weights
+    regressor, inside, torque = hypothesis.data.regressor, hypothesis.in_folds, hypothesis.torque
+    relative = []
+    for index in np.unique(regressor.recording[inside]):
+        rows = inside & (regressor.recording == index)
+        size = np.linalg.norm(torque[rows], axis=0)
+        relative.append(100 * np.linalg.norm(residual[rows], axis=0) / np.where(size > 0, size, 1.0))
+    rows = np.maximum(regressor.counted[inside].sum(axis=0), 1)
+    return JointErrors(np.sqrt((residual[inside] ** 2).sum(axis=0) / rows), np.mean(relative, axis=0))

@@ -1,0 +1,100 @@
+"""The record of a diagnosis: everything that its file, its text, its report and its session show."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.question import Question
+from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
+from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
+from physident.dynamics.model import Model
+from physident.files import VERSION
+from physident.recordings.signals import Filter
+
+Array = NDArray[np.float64]
+SCHEMA = "physident.diagnosis/1"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DiagnosisRecord:
+    """What is wrong with a model, where, how sure, and what it could be confused with.
+
+    ``before``, ``after``: errors on the holdout, or on left-out rows without one (``scored_on``). ``model`` is the model
+    that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
+    is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
+    ``incomplete``: joints (from 1) on which a model, asked what is different now, left more than noise of its own training
+    recordings. ``path`` and ``sha256`` are those of the file that it was read from.
+    """
+
+    question: Question
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    before: JointErrors
+    after: JointErrors
+    scored_on: Literal["holdout", "left-out rows"]
+    noise_floor: Array | None
+    placebos: tuple[Placebo, ...]
+    unseen: tuple[Unseen, ...]
+    unexplained: tuple[Unexplained, ...]
+    recordings: tuple[UsedRecording, ...]
+    model: Model
+    extended: Model | None
+    filter: Filter
+    columns: str | None
+    drive_gains: tuple[float, ...] | None
+    unidentified: tuple[str, ...]
+    seed: int
+    incomplete: tuple[int, ...]
+    recording_offsets: bool
+    path: Path | None = None
+    sha256: str | None = None
+
+    @property
+    def structured(self) -> tuple[Unexplained, ...]:
+        """The joints whose residual is more than noise, by the one rule of ``unexplained.above_noise_floor``."""
+        return above_noise_floor(self.unexplained, self.noise_floor)
+
+    def short_name(self, path: str) -> str:
+        """A recording's file name, or its whole path where several recordings have that name."""
+        names = [Path(used.path).name for used in self.recordings]
+        return Path(path).name if names.count(Path(path).name) == 1 else path
+
+    def as_dict(self) -> dict[str, Any]:
+        """The diagnosis as JSON can hold it (schema physident.diagnosis/1)."""
+        return {
+            "schema": SCHEMA,
+            "question": self.question,
+            "verdict": self.verdict,
+            "findings": [_plain(asdict(f)) for f in self.findings],
+            "score": {
+                "before": self.before.as_dict(),
+                "after": self.after.as_dict(),
+                "noise_floor": None if self.noise_floor is None else self.noise_floor.tolist(),
+                "on": self.scored_on,
+            },
+            "placebos": [_plain(asdict(p)) | {"passed": p.passed} for p in self.placebos],
+            "unseen": [_plain(asdict(u)) for u in self.unseen],
+            "unexplained": [one.as_dict() for one in self.unexplained],
+            "recordings": [asdict(used) for used in self.recordings],
+            "filter": vars(self.filter),
+            "columns": self.columns,
+            "drive_gains": self.drive_gains and list(self.drive_gains),
+            "held": list(self.unidentified),
+            "incomplete": list(self.incomplete),
+            "recording_offsets": self.recording_offsets,
+            "seed": self.seed,
+            "version": VERSION,
+            "model": self.model.as_dict(),
+            "extended_model": None if self.extended is None else self.extended.as_dict(),
+        }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    return [_plain(v) for v in value] if isinstance(value, tuple | list) else value

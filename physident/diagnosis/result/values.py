@@ -1,0 +1,83 @@
+"""The values of a finding's parameters and shapes, with their intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.result.findings import ParameterValue
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.effects.contact import Contact
+
+END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
+FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
+
+
+def parameter_values(
+    hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty
+) -> list[ParameterValue]:
+    """The effect's parameters in the extended model, and its shapes."""
+    at = hypothesis.accepted.index(accepted)
+    model, effect = hypothesis.extension.model, accepted.effect
+    # only the contact's own block shows its force: its error is that of the fit
+    covariance = hypothesis.covariance if isinstance(effect, Contact) else uncertainty.covariance
+    old = {
+        c.name: float(v) for c, v in zip(hypothesis.problem.model.columns, hypothesis.problem.model.theta, strict=True)
+    }
+    result = []
+    for column, place in zip(effect.columns(model.robot), hypothesis.extension.places[at], strict=True):
+        value, error = float(model.theta[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
+        ends = (value - uncertainty.half * error, value + uncertainty.half * error)
+        change = value - old.get(column.name, 0.0)
+        result.append(
+            ParameterValue(
+                name=_short(column.name, effect.name),
+                joint=column.joint,
+                value=value,
+                change=change,
+                std=error,
+                interval95=ends,
+                unit=column.unit,
+            )
+        )
+    return [*result, *_shapes(accepted, uncertainty)] if len(accepted.candidate.options) > 1 else result
+
+
+def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:
+    """The shapes that were searched; they are searched, and known, by their logarithm."""
+    effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
+    for shape in effect.shapes:
+        if getattr(effect, shape.field) is None:
+            continue
+        value, error = float(getattr(effect, shape.field)[0]), uncertainty.shapes.get(accepted.candidate.key, 0.0)
+        reach = float(np.exp(min(uncertainty.half * error / value, FARTHEST)))
+        tried = _searched(accepted, shape.field)
+        at_end = error > 0 and not min(tried) / END < value < max(tried) * END
+        ends = (value / reach, value * reach)
+        result.append(
+            ParameterValue(
+                name=shape.field,
+                joint=joint,
+                value=value,
+                change=value,
+                std=error,
+                interval95=ends,
+                unit=shape.unit,
+                at_end=at_end,
+            )
+        )
+    return result
+
+
+def _searched(accepted: AcceptedEffect, field: str) -> list[float]:
+    """The values of a shape that its candidate was tried with."""
+    effects = [option.effect for option in accepted.candidate.options]
+    return [float(values[0]) for e in effects if (values := getattr(e, field, None)) is not None]
+
+
+def _short(name: str, effect: str) -> str:
+    """A column's name without its effect and joint, where something is left: payload_mass is mass."""
+    rest = name.removeprefix(effect).lstrip("_")
+    stem = "_".join(part for part in rest.split("_") if not part.isdigit())
+    return stem or effect
