@@ -16,8 +16,7 @@ import physident as pid
 from physident.cli import run
 from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
 from physident.effects.hysteresis import PreslidingHysteresis
-from physident.effects.ripple import TorqueRipple
-from physident.effects.transmission import CoupledFriction
+from physident.effects.transmission import CoupledFriction, TorqueRipple
 from physident.estimation.uncertainty import t_quantile
 from physident.export.parameters import parameters_of
 from physident.export.python import python_of

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import FRICTION, Candidate, Option, possible, with_placebos
+from physident.diagnosis.problem.candidates import Candidate, Option, possible, with_placebos
 from physident.diagnosis.problem.evidence import OUTSIDE, Evidence, Fit, fit, folds, noise
 from physident.diagnosis.problem.question import Freedom, Question, freedom
 from physident.diagnosis.problem.recording_offset import drifts
@@ -19,6 +19,7 @@ from physident.diagnosis.search.hypothesis import Accepted, State, precision
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
+from physident.effects.classification import Family
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
@@ -60,7 +61,9 @@ class Case:
 
     def motionless(self, candidate: Candidate) -> bool:
         """Whether a candidate is the friction of a joint that no recording moves."""
-        return candidate.name in FRICTION and self.still.issuperset(candidate.joints)
+        effect = candidate.options[0].effect
+        friction = effect is not None and effect.family is Family.FRICTION
+        return friction and self.still.issuperset(candidate.joints)
 
     @cached_property
     def lacking(self) -> tuple[Accepted, ...]:

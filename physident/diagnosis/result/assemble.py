@@ -15,7 +15,7 @@ from physident.diagnosis.search.hypothesis import Accepted, State
 from physident.diagnosis.search.rivals import Examined
 from physident.diagnosis.statistics.intervals import RESAMPLES, Certainty, resampled_reduction
 from physident.diagnosis.statistics.left_out_residuals import block_costs
-from physident.effects.catalogue import CATALOGUE
+from physident.effects.catalogue import CATALOGUE, effect_scope
 from physident.effects.contact import Contact
 
 Array = NDArray[np.float64]
@@ -24,7 +24,6 @@ SCALED = (
 )
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
 FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
-ONE_BY_ONE = ("coupled_friction", "link_inertia")  # a pair or a link is a cause of its own
 
 
 def findings(
@@ -35,7 +34,7 @@ def findings(
     groups: dict[object, list[Examined]] = {}
     for one in examined:
         name = one.accepted.candidate.name
-        key = one.accepted.candidate.key if name in ONE_BY_ONE else name
+        key = name if effect_scope(name).joins_joints else one.accepted.candidate.key
         groups.setdefault((key, getattr(one.accepted.effect, "recording", "")), []).append(one)
     made = [_finding(state, group, sure, currents) for group in groups.values()]
     return tuple(sorted(made, key=lambda f: -f.evidence))
@@ -59,7 +58,7 @@ def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
     """Rivals of one name joined over joints."""
     found: dict[object, set[int]] = {}
     for name, joints in keys:
-        found.setdefault((name, joints) if name in ONE_BY_ONE else (name,), set()).update(joints)
+        found.setdefault((name,) if effect_scope(name).joins_joints else (name, joints), set()).update(joints)
     return tuple(Rival(key[0], tuple(sorted(joints))) for key, joints in found.items())  # pyright: ignore[reportIndexIssue]
 
 
@@ -114,7 +113,7 @@ def _values(state: State, accepted: Accepted, sure: Certainty) -> list[Value]:
 def _shapes(accepted: Accepted, sure: Certainty) -> list[Value]:
     """The shapes that were searched; they are searched, and known, by their logarithm."""
     effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
-    for shape in effect.shapes:
+    for shape in effect.shape_parameters:
         if getattr(effect, shape.field) is None:
             continue
         value, error = float(getattr(effect, shape.field)[0]), sure.shapes.get(accepted.candidate.key, 0.0)
@@ -148,7 +147,7 @@ def _advice(question: Question, name: str, joints: Sequence[int], rivals: Sequen
 def separating(question: Question, name: str, joints: Sequence[int], other: Rival) -> str:
     """What separates an effect on some joints from another one: its signature's words where the catalogue has them, and the
     command that designs the motion."""
-    told = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
+    told = ((other.effect, CATALOGUE[name].mistaken_for), (name, CATALOGUE[other.effect].mistaken_for))
     said = [f"{text}. " for own, text in told if own in text][:1]
     common = [j for j in joints if j in other.joints]
     joint = f" --joint {common[0]}" if common else ""

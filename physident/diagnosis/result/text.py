@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from physident.effects.catalogue import effect_scope
+
 if TYPE_CHECKING:
     from physident.diagnosis.result.findings import Diagnosis, Finding, Value
 
@@ -62,8 +64,7 @@ def _answer(d: Diagnosis) -> str:
 def _named(effect: str, joints: Sequence[int]) -> str:
     if not joints:
         return effect
-    word = "link" if effect == "link_inertia" else "joint"
-    return f"{effect} ({word}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+    return f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
 
 
 def _levels(d: Diagnosis) -> list[str]:
