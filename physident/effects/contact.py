@@ -37,7 +37,7 @@ class Contact(Effect):
     family: ClassVar[Family] = Family.CONTACT
     scope: ClassVar[Scope] = Scope.WHOLE_ARM
     detection: ClassVar[Detection] = Detection.BY_TIME
-    signature: ClassVar[str] = "short, and on all joints as one force at the tool explains it"
+    signature: ClassVar[str] = "short, and on all joints at once, as a force at the tool causes it"
     mistaken_for: ClassVar[str] = "sensor dropouts: they affect a single joint"
 
     def __post_init__(self) -> None:

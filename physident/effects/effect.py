@@ -154,7 +154,7 @@ class Effect(ABC):
         if values is None or len(values) not in (1, count):
             given = "not given" if values is None else f"given as {len(values)} values"
             raise InputError(
-                f"{self.name}: {field} is {given}, expected {count}, one for each joint; identify finds them"
+                f"{self.name}: {field} is {given}, expected {count} values, one for each joint; identify finds them"
             )
         return np.broadcast_to(np.array(values, dtype=float), (count,))
 
@@ -164,7 +164,7 @@ class Effect(ABC):
         return shape.grid
 
     @classmethod
-    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> list[Self]:
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
         """The concrete effects that a diagnosis tries at one place: one for each value of its shape parameter."""
         if not cls.shape_parameters:
             return [cls(joints or None)]

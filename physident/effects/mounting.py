@@ -48,7 +48,7 @@ class GravityTilt(Effect):
 
 @dataclass(frozen=True)
 class JointZeroOffset(Effect):
-    """tau = d_j d tau/d q_j: the true angle is the recorded one plus d_j; d in rad. Acts on all rows.
+    """tau = d_j d tau/d q_j: the true angle is the recorded one plus d_j; d in rad. Acts on the rows of all joints.
 
     The derivative is that of the links' torque. It is zero for the first joint of an upright arm and for a last link that
     is symmetric about its axis: their offsets cannot be seen.

@@ -48,17 +48,17 @@ class WarmUp(Effect):
         )
 
     @classmethod
-    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> list[Self]:
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
         """Time constants up to the longest recording, and the measured temperature where it changes.
 
         Warming that takes longer than every recording is a constant friction in each of them.
         """
-        longest = max(float(one.time[-1] - one.time[0]) for one in signals)
-        every = super().search_options(robot, joints, signals)
+        longest = max(float(recording.time[-1] - recording.time[0]) for recording in signals)
+        every = list(super().search_options(robot, joints, signals))
         options = [effect for effect in every if effect.time_constant and effect.time_constant[0] <= longest] or every[
             :1
         ]
-        temperatures = [one.temperature for one in signals if one.temperature is not None]
+        temperatures = [recording.temperature for recording in signals if recording.temperature is not None]
         if len(temperatures) == len(signals) and all(is_warming(temperature) for temperature in temperatures):
             start = float(np.mean([temperature[0].mean() for temperature in temperatures]))
             options.append(replace(cls(joints), reference_temperature=round(start, 1)))
