@@ -1,48 +1,52 @@
-"""Writes docs/reference/effects.md from the effect classes: name, equation, unit, signature, rivals, shape parameters."""
+"""Writes docs/reference/effects.md from the effect classes: equation, unit, family, signature and shape parameters."""
 
 from __future__ import annotations
 
 import inspect
 from pathlib import Path
+from typing import Any
 
 import physident as pid
+from physident.effects.classification import Scope
 
 PAGE = Path(__file__).resolve().parent / "reference" / "effects.md"
+LONGEST_GRID = 10  # values that are printed one by one
 HEAD = """# The catalogue of effects
 
-What a simulation of an arm can get wrong, and what a model can be made of: every name below can be given to `identify`, is
-evaluated by `Model.torque`, acts in `simulate`, and is what a diagnosis may name. This page is made from the classes by
-`docs/effects_page.py`.
+Each name below can be given to `identify` and `simulate`, can be part of a model, and can be found by a diagnosis.
+This page is written by `docs/effects_page.py` from the classes in `physident/effects`;
+[CONTRIBUTING.md](../../CONTRIBUTING.md#add-an-effect) shows how to add one.
 
-`sgn v` is smooth everywhere: tanh(v / 0.01 rad/s). `tau_load` is the torque of inertia and gravity alone; `tau_m` that of all
-effects but those on the measurement, which act last. Columns that depend on the model's torque are refreshed with the
-current model until they settle. Shape parameters that are not given are found inside the fitting data: a grid, then a
-refinement with all linear parameters refitted.
+In the equations, `sgn v` is the smooth sign tanh(v / 0.01 rad/s), `tau_load` is the torque of inertia and gravity, and
+`tau_m` is the torque of all effects except those on the measurement, which act last. Columns that depend on the model's
+torque are evaluated again with the current model until they no longer change. A shape parameter that is not given is
+searched within the recordings: first on a grid, then refined, with all linear parameters refitted.
 """
 
 
 def page() -> str:
     """The page's text."""
-    parts = [HEAD]
-    for name, cls in pid.CATALOGUE.items():
-        doc = inspect.getdoc(cls) or ""
-        first, _, rest = doc.partition("\n\n")
-        parts.append(f"## `{name}`\n\n{first}\n")
-        if rest:
-            parts.append(f"{rest}\n")
-        rows = [f"- **acts on** the {cls.acts_on}; **unit** {cls.unit}"]
-        if cls.signature:
-            rows += [f"- **shows as** {cls.signature}", f"- **mistaken for** {cls.rivals}"]
-        rows += [
-            f"- **shape** `{s.field}` [{s.unit}], searched on {_grid(s.grid)}" + (" only" if s.discrete else "")
-            for s in cls.shapes
-        ]
-        parts.append("\n".join(rows) + "\n")
-    return "\n".join(parts)
+    return "\n".join([HEAD, *(_section(name, cls) for name, cls in pid.CATALOGUE.items())])
+
+
+def _section(name: str, cls: Any) -> str:
+    rows = [
+        f"- **family** {cls.family.value}; **acts on** the {cls.acts_on}; **place** {_place(cls)}; **unit** {cls.unit}"
+    ]
+    if cls.signature:
+        rows += [f"- **signature** {cls.signature}", f"- **mistaken for** {cls.mistaken_for}"]
+    for shape in cls.shape_parameters:
+        only = " only" if shape.discrete else ""
+        rows.append(f"- **shape parameter** `{shape.field}` [{shape.unit}], searched on {_grid(shape.grid)}{only}")
+    return f"## `{name}`\n\n{inspect.getdoc(cls) or ''}\n\n" + "\n".join(rows) + "\n"
+
+
+def _place(cls: Any) -> str:
+    return cls.scope.value if cls.scope is Scope.WHOLE_ARM else f"each {cls.scope.value}"
 
 
 def _grid(values: tuple[float, ...]) -> str:
-    if len(values) > 10:
+    if len(values) > LONGEST_GRID:
         return f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
     return ", ".join(f"{value:g}" for value in values)
 

@@ -50,9 +50,13 @@ def test_no_reason_is_given_where_everything_could_be_told(diagnosis: pid.Diagno
 
 
 def test_a_noise_floor_that_nothing_measured_is_not_passed_over(diagnosis: pid.Diagnosis) -> None:
-    (row,) = [row for row in sentences(diagnosis) if "noise floor" in row]
+    (row,) = [row for row in sentences(diagnosis) if row.strip().startswith("noise floor")]
     assert row.strip() == "noise floor: not known, because no motion was repeated"
-    (row,) = [row for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0))) if "noise floor" in row]
+    (row,) = [
+        row
+        for row in sentences(replace(diagnosis, noise_floor=np.arange(1.0, 7.0)))
+        if row.strip().startswith("noise floor")
+    ]
     assert [float(x) for x in row.split("]")[1].split()] == [1, 2, 3, 4, 5, 6]
 
 

@@ -9,22 +9,20 @@ import pytest
 
 import physident as pid
 from physident.effects.catalogue import effect_from_dict
+from physident.effects.classification import Family, Scope
 from physident.estimation.physical.cones import physical_cones
 from physident.identifiability.base_parameters import random_motion
 
 EFFECTS = sorted(pid.CATALOGUE)
-WHOLE_ARM = ("rigid_body", "payload", "gravity_tilt", "time_delay", "contact")
 
 
 def ready(name: str, joints: tuple[int, ...] | None = None) -> pid.Effect:
-    """An effect of the catalogue with a value from the middle of the grid for each shape parameter."""
-    cls = pid.CATALOGUE[name]
-    shapes = {s.field: (s.grid[len(s.grid) // 2],) for s in cls.shapes}
-    return cls(joints=joints, **shapes)
+    """An effect of the catalogue with each shape parameter at the middle of its grid."""
+    return pid.CATALOGUE[name].at_grid_middle(joints)
 
 
 def motion(robot: pid.Robot, seed: int = 0) -> pid.Signals:
-    """A random motion that a model with the five default effects has been asked about."""
+    """A random motion that a model with the five default effects has been evaluated on."""
     model = pid.Model.nominal(robot)
     theta = model.theta.copy()
     theta[60:] = np.random.default_rng(seed).uniform(0.5, 2.0, size=24)
@@ -40,12 +38,13 @@ def test_shapes_names_and_units(name: str, ur5: pid.Robot) -> None:
     assert len({c.name for c in columns}) == len(columns)
     assert all(c.unit and 1 <= c.joint <= 6 and c.effect == name for c in columns)
     assert effect.acts_on in ("plant", "measurement", "sensor")
+    assert effect.family in Family
     assert effect.nominal(ur5).shape == (len(columns),)
     pattern = effect.pattern(ur5)
     assert len({tuple(p) for p in pattern.tolist()}) == len(pattern)
     if name != "rigid_body":
         assert effect.signature
-        assert effect.rivals
+        assert effect.mistaken_for
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -85,7 +84,7 @@ def test_survives_json(name: str) -> None:
     assert effect_from_dict(effect.as_dict()) == effect
 
 
-@pytest.mark.parametrize("name", [n for n in EFFECTS if n not in (*WHOLE_ARM, "coupled_friction", "link_inertia")])
+@pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].scope is Scope.JOINT])
 def test_restricted_to_joints_it_is_that_part_of_the_whole(name: str, ur5: pid.Robot) -> None:
     signals = motion(ur5)
     some, every = ready(name, joints=(2, 5)), ready(name)
@@ -102,6 +101,49 @@ def test_pointwise_effects_have_no_memory(name: str, ur5: pid.Robot) -> None:
     whole = effect.values(ur5, signals)
     part = effect.values(ur5, signals.part(slice(100, 110)))
     np.testing.assert_allclose(part, whole[:, 100:110], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_places_are_joints_that_the_effect_accepts(name: str, ur5: pid.Robot) -> None:
+    cls = pid.CATALOGUE[name]
+    places = cls.scope.places(6)
+    assert places
+    for place in places:
+        columns = cls.at_grid_middle(place or None).columns(ur5)
+        assert not place or {column.joint for column in columns} == {place[0]}
+        assert cls.search_options(ur5, place, [motion(ur5)])
+    if cls.scope is Scope.WHOLE_ARM:
+        with pytest.raises(pid.InputError, match="whole arm"):
+            cls(joints=(1,))
+
+
+@pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].formulas or n == "coupled_friction"])
+def test_exported_source_is_the_torque(name: str, ur5: pid.Robot) -> None:
+    effect, signals = ready(name, (5, 2)), motion(ur5)
+    theta = np.random.default_rng(3).uniform(0.5, 2.0, size=len(effect.columns(ur5)))
+    source = effect.numpy_source(ur5, theta)
+    assert source is not None
+    found = eval(source, {"np": np}, {key: getattr(signals, key) for key in ("q", "v", "a", "load", "motor")})
+    np.testing.assert_allclose(found, effect.regressor(ur5, signals) @ theta, rtol=1e-12, atol=1e-12)
+
+
+def test_ripple_is_searched_at_the_orders_of_the_motor(ur5: pid.Robot) -> None:
+    assert ur5.drives is not None
+    cls = pid.CATALOGUE["torque_ripple"]
+    (shape,) = cls.shape_parameters
+    ratio = ur5.drives[1].gear_ratio
+    assert set(cls.search_grid(ur5, (2,), shape)) == {*shape.grid, ratio, 2 * ratio}
+    assert cls.search_grid(replace(ur5, drives=None), (2,), shape) == shape.grid
+
+
+def test_warm_up_is_searched_within_the_recording_and_by_temperature(ur5: pid.Robot) -> None:
+    cls, cold = pid.CATALOGUE["warm_up"], replace(motion(ur5), temperature=None)  # 20 s
+    assert [effect.time_constant for effect in cls.search_options(ur5, (1,), [cold])] == [(3.0,), (6.0,), (12.0,)]
+    warm = replace(cold, temperature=np.linspace(20.0, 30.0, len(cold.time))[:, None] * np.ones(6))
+    *_, last = cls.search_options(ur5, (1,), [warm])
+    assert (last.time_constant, last.reference_temperature) == (None, 20.0)
+    *_, last = cls.search_options(ur5, (1,), [warm, cold])
+    assert last.reference_temperature is None
 
 
 def test_friction_takes_energy(ur5: pid.Robot) -> None:

@@ -16,8 +16,7 @@ import physident as pid
 from physident.cli import run
 from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
 from physident.effects.hysteresis import PreslidingHysteresis
-from physident.effects.ripple import TorqueRipple
-from physident.effects.transmission import CoupledFriction
+from physident.effects.transmission import CoupledFriction, TorqueRipple
 from physident.estimation.uncertainty import t_quantile
 from physident.export.parameters import parameters_of
 from physident.export.python import python_of
@@ -109,8 +108,8 @@ def test_urdf_gives_the_same_rigid_body_torque(robot: pid.Robot) -> None:
 
 
 def test_urdf_keeps_every_other_byte() -> None:
-    made = urdf_of(physical_model(lumped(), seed=3))
-    before, after = parse_elements(LUMPED), parse_elements(made.text)
+    exported = urdf_of(physical_model(lumped(), seed=3))
+    before, after = parse_elements(LUMPED), parse_elements(exported.text)
 
     def rest(root: object, text: str) -> list[str]:
         data, spans = text.encode(), []
@@ -124,20 +123,20 @@ def test_urdf_keeps_every_other_byte() -> None:
         )
         return [line for line in lines.splitlines() if line.strip()]
 
-    old, new = rest(before, LUMPED), rest(after, made.text)
+    old, new = rest(before, LUMPED), rest(after, exported.text)
     assert [line for line in old if line not in new] == []
     assert "<!-- before the root: größer -->" in new
     assert "<!-- after the root -->" in new
-    assert '<gazebo reference="arm">' in made.text
+    assert '<gazebo reference="arm">' in exported.text
 
 
 def test_bodies_of_one_joint_become_one_and_the_base_keeps_its_own() -> None:
-    made = urdf_of(physical_model(lumped(), seed=4))
-    root = parse_elements(made.text)
+    exported = urdf_of(physical_model(lumped(), seed=4))
+    root = parse_elements(exported.text)
     inertials = {link.attributes["name"]: len(link.find_all("inertial")) for link in root.find_all("link")}
     assert inertials == {"world": 0, "base": 1, "arm": 1, "cover": 0, "tool": 1, "flange": 0}
-    assert made.links == ("arm", "tool")
-    assert made.merged == (("cover",), ())
+    assert exported.links == ("arm", "tool")
+    assert exported.merged == (("cover",), ())
 
 
 def test_damping_and_friction_are_written_and_other_attributes_kept() -> None:
@@ -163,12 +162,12 @@ def test_a_model_without_bodies_is_refused() -> None:
 def test_a_real_file_keeps_all_but_inertia_and_dynamics(data: Path) -> None:
     """A file with plugins, transmissions and comments: only lines of inertia and dynamics differ, torque does not."""
     robot = pid.load_robot(data / "ur10e" / "ur10e.urdf")
-    made = urdf_of(pid.Model.nominal(robot)).text
-    gone = set(robot.urdf.splitlines()) - set(made.splitlines())
+    exported = urdf_of(pid.Model.nominal(robot)).text
+    gone = set(robot.urdf.splitlines()) - set(exported.splitlines())
     assert all(any(word in line for word in ("<mass", "<inertia", "<origin", "<dynamics")) for line in gone)
-    assert robot.urdf.count("<!--") == made.count("<!--")
+    assert robot.urdf.count("<!--") == exported.count("<!--")
     states = random_states(robot, seed=17, count=20)
-    before, after = (pinocchio_torque(text, states) for text in (robot.urdf, made))
+    before, after = (pinocchio_torque(text, states) for text in (robot.urdf, exported))
     np.testing.assert_allclose(after, before, rtol=1e-9, atol=1e-9)
 
 
@@ -177,13 +176,13 @@ def test_what_urdf_cannot_hold_is_listed() -> None:
     model = physical_model(robot, seed=6)
     theta = np.array(model.theta)
     theta[[c.name == "viscous_friction_2" for c in model.columns].index(True)] = -0.3
-    made = urdf_of(replace(model, theta=theta))
-    said = " | ".join(made.inexpressible)
+    exported = urdf_of(replace(model, theta=theta))
+    listed = " | ".join(exported.inexpressible)
     for part in ("rotor_inertia", "torque_offset", "gravity", "viscous_friction_2"):
-        assert part in said
-    assert "coulomb_friction" not in said
-    assert 'damping="0.0"' in made.text
-    assert all(text in repr(made) for text in made.inexpressible)
+        assert part in listed
+    assert "coulomb_friction" not in listed
+    assert 'damping="0.0"' in exported.text
+    assert all(text in repr(exported) for text in exported.inexpressible)
 
 
 @pytest.mark.parametrize(
@@ -248,9 +247,9 @@ def test_a_payload_effect_is_part_of_the_last_link() -> None:
     both = pid.Model(robot, (*model.effects, pid.CATALOGUE["payload"]()), np.concatenate([model.theta, load]))
     theta = np.array(model.theta)
     theta[10:20] += load
-    made = urdf_of(both)
-    assert made.text == urdf_of(replace(model, theta=theta)).text
-    assert not [text for text in made.inexpressible if "payload" in text]
+    exported = urdf_of(both)
+    assert exported.text == urdf_of(replace(model, theta=theta)).text
+    assert not [text for text in exported.inexpressible if "payload" in text]
 
 
 def test_python_refuses_what_needs_the_past() -> None:

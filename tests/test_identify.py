@@ -9,9 +9,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.effects.drive import RotorInertia
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody
+from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.recordings.rows import recording_from_rows
 from tests.conftest import UR5_GAINS
 from tests.robots import TREE

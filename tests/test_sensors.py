@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.drive import RotorInertia
 from physident.effects.friction import ViscousFriction
-from physident.effects.rigid_body import RigidBody
+from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.simulation.integrate import integrate
 from physident.simulation.sensors import Sensors, Warming, load_sensors
 from physident.simulation.simulate import Simulation, simulate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -11,9 +11,9 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.effects.drive import RotorInertia, TorqueOffset
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody
+from physident.effects.measurement import TorqueOffset
+from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.excitation.motion.point_to_point import PointToPoint
 from physident.simulation.controllers import PD, ComputedTorque, Released
 from physident.simulation.integrate import integrate
@@ -308,9 +308,7 @@ ON_THE_PLANT = [name for name, effect in pid.CATALOGUE.items() if effect.acts_on
 
 @pytest.mark.parametrize("name", ON_THE_PLANT)
 def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
-    kind = pid.CATALOGUE[name]
-    shapes: dict[str, Any] = {shape.field: (shape.grid[len(shape.grid) // 2],) for shape in kind.shapes}
-    effect = kind(**shapes)
+    effect = pid.CATALOGUE[name].at_grid_middle()
     strength = np.full(len(effect.columns(ur5)), 0.1)
     base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction()) if part.name != name]
     nominal = pid.Model.nominal(ur5, base)

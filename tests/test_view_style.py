@@ -5,6 +5,8 @@ import itertools
 import numpy as np
 
 from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS
+from physident.effects.classification import Family
+from physident.effects.friction import ViscousFriction
 from physident.view import style
 
 # what protan and deutan eyes see of linear RGB: Machado, Oliveira and Fernandes (2009), table 1, severity 1
@@ -35,6 +37,16 @@ def nearest(names: list[str], eye: str) -> float:
 
 def test_every_effect_of_the_catalogue_has_a_colour_and_no_other():
     assert set(style.EFFECTS) == set(CATALOGUE)
+
+
+def test_a_new_effect_has_the_colour_of_its_family(monkeypatch):
+    class NewFriction(ViscousFriction):
+        name = "new_friction"
+
+    monkeypatch.setitem(CATALOGUE, "new_friction", NewFriction)
+    assert style.effect_colour("new_friction") == style.FAMILIES[Family.FRICTION]
+    assert set(style.FAMILIES) == set(Family)
+    assert all(40 < lab(linear(colour))[0] < 85 for colour in style.FAMILIES.values())
 
 
 def test_colours_are_told_apart_by_every_eye():

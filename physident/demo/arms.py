@@ -118,7 +118,9 @@ def hide(arm: Model, seed: int) -> Truth:
         effect: Effect = CATALOGUE[name](joints=joints or None, **settings)
         changed = Model(arm.robot, (*arm.effects, effect), np.concatenate([arm.theta, changes]))
         places = list(range(len(arm.theta), len(changed.theta)))
-        shapes = tuple((s.field, float(settings[s.field][0]), s.unit) for s in effect.shapes if s.field in settings)
+        shapes = tuple(
+            (s.field, float(settings[s.field][0]), s.unit) for s in effect.shape_parameters if s.field in settings
+        )
     columns = [changed.columns[i] for i in places]
     values = tuple((c.name, value, c.unit) for c, value in zip(columns, changes, strict=True))
     return Truth(name, joints, values, changed, shapes)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
-from physident.effects.effect import Column, Effect
+from physident.effects.effect import AddedInertia, Column, Effect
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -60,24 +60,34 @@ class Model:
             raise InputError(f"the model has no effect {effect!r}, expected one of {names}")
         return self.theta[chosen]
 
+    def effect_parameters(self) -> list[tuple[Effect, Array]]:
+        """Each effect with its parameters (k,)."""
+        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
+        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
+
+    def added_inertia(self) -> AddedInertia:
+        """Inertia of the arm as the sum over the effects: links (10 n,) [kg, kg m, kg m^2], rotors, change of gravity."""
+        n = self.robot.n
+        links, armature, gravity = np.zeros(10 * n), np.zeros(n), np.zeros(3)
+        for effect, theta in self.effect_parameters():
+            if (added := effect.inertia(self.robot, theta)) is not None:
+                links, armature, gravity = links + added.links, armature + added.armature, gravity + added.gravity
+        x, y, z = gravity.tolist()
+        return AddedInertia(links, armature, (x, y, z))
+
     def refer(self, signals: Signals) -> Signals:
         """The signals with what this model makes of their motion, which some effects' columns depend on.
 
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
-        n = self.robot.n
-        links, armature, gravity = np.zeros(10 * n), np.zeros(n), np.zeros(3)
-        for effect, theta in self._parts():
-            added = effect.inertia(self.robot, theta)
-            if added is not None:
-                links, armature, gravity = links + added.links, armature + added.armature, gravity + added.gravity
-        load = inverse_dynamics(self.robot, links, signals.q, signals.v, signals.a) + armature * signals.a
-        if gravity.any():
-            load = load + gravity_torque(self.robot, links, signals.q, gravity)
-        referred = replace(signals, links=links, load=load)
+        added = self.added_inertia()
+        load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a) + added.armature * signals.a
+        if any(added.gravity):
+            load = load + gravity_torque(self.robot, added.links, signals.q, np.array(added.gravity))
+        referred = replace(signals, links=added.links, load=load)
         motor = load.T.copy()
-        for effect, theta in self._parts():
+        for effect, theta in self.effect_parameters():
             if effect.acts_on != "measurement" and effect.inertia(self.robot, theta) is None:
                 self._add(motor, effect, theta, referred)
         return replace(referred, motor=motor.T)
@@ -87,15 +97,10 @@ class Model:
         referred = self.refer(signals)
         assert referred.motor is not None
         tau = referred.motor.T.copy()
-        for effect, theta in self._parts():
+        for effect, theta in self.effect_parameters():
             if effect.acts_on == "measurement":
                 self._add(tau, effect, theta, referred)
         return tau.T
-
-    def _parts(self) -> list[tuple[Effect, Array]]:
-        """Each effect with its own parameters (k,)."""
-        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
-        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
 
     def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
         """Add the torque of one effect to ``tau`` (n, N), segment by segment."""

@@ -1,5 +1,5 @@
-"""Effects: the physics a model is made of, one family a file.
+"""Effects: the physics that a model is made of, one file for each family.
 
-Every effect is a subclass of ``effect.Effect`` and one line in ``catalogue``; everything else in the package learns of it
-from there. Start with ``effect``, then read ``friction`` as an example.
+Every effect is a subclass of ``effect.Effect`` and one line in ``catalogue``; the rest of the package reads what it needs
+from the class. Start with ``effect``, then read ``friction`` as an example.
 """

@@ -1,12 +1,12 @@
-"""The effects by their public names: what can be asked for in ``identify``, stored in a model, named in a diagnosis."""
+"""The effects by their public names, as ``identify``, model files and diagnoses use them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
 
+from physident.effects.classification import Scope
 from physident.effects.contact import Contact
-from physident.effects.drive import RotorInertia, TorqueConstant, TorqueOffset
 from physident.effects.effect import Effect
 from physident.effects.elastic import JointElasticity, JointSpring
 from physident.effects.friction import (
@@ -17,16 +17,15 @@ from physident.effects.friction import (
     ViscousFriction,
 )
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset
 from physident.effects.mounting import GravityTilt, JointZeroOffset
 from physident.effects.payload import LinkInertia, Payload
-from physident.effects.rigid_body import RigidBody
-from physident.effects.ripple import TorqueRipple
+from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
-from physident.effects.timing import TimeDelay
-from physident.effects.transmission import CoupledFriction, LoadDependentFriction
+from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.errors import InputError
 
-# classes of effects by name; each takes settings of its own, which no common type can say
+# the classes take different settings, for which there is no common type
 CATALOGUE: dict[str, Any] = {
     effect.name: effect
     for effect in (
@@ -58,37 +57,49 @@ DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_f
 
 
 def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
-    """Effects from names or ready-made objects; raises InputError for an unknown or repeated one, or for none."""
-    made = tuple(effect if isinstance(effect, Effect) else _by_name(effect)() for effect in effects)
-    if not made:
+    """Effects from names or effect objects; raises InputError for an unknown or repeated effect, or for none."""
+    result = tuple(effect if isinstance(effect, Effect) else effect_class(effect)() for effect in effects)
+    if not result:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
     seen: set[tuple[str, int | None, object, object]] = set()
-    for effect in made:
+    for effect in result:
         for joint in effect.joints or (None,):
-            # contacts at other times, or in other recordings, are others
+            # contacts at other times or in other recordings are different effects
             key = (effect.name, joint, getattr(effect, "intervals", None), getattr(effect, "recording", None))
             if key in seen:
                 raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
             seen.add(key)
-    return made
+    return result
+
+
+def effect_class(name: str) -> Any:
+    """The class of an effect by its name; raises InputError for a name that the catalogue does not have."""
+    if name not in CATALOGUE:
+        raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
+    return CATALOGUE[name]
+
+
+def effect_label(name: str) -> str:
+    """The name of an effect as it stands in a sentence: "torque offset" for ``torque_offset``."""
+    label = CATALOGUE[name].label if name in CATALOGUE else ""
+    return label or name.replace("_", " ")
+
+
+def effect_scope(name: str) -> Scope:
+    """Where an effect can act, by its name; each joint for a name that the catalogue does not have."""
+    return CATALOGUE[name].scope if name in CATALOGUE else Scope.JOINT
 
 
 def effect_from_dict(data: dict[str, Any]) -> Effect:
-    """The effect that ``Effect.as_dict`` described."""
-    settings = {key: _tupled(value) for key, value in data.items() if key != "effect"}
+    """The effect that ``Effect.as_dict`` described; raises InputError where it describes none."""
+    settings = {key: _as_tuples(value) for key, value in data.items() if key != "effect"}
     try:
-        return _by_name(data["effect"])(**settings)
+        return effect_class(data["effect"])(**settings)
     except (KeyError, TypeError) as error:
         raise InputError(
             f"effect {data!r} is not understood ({error}); was the model written by a newer version?"
         ) from None
 
 
-def _tupled(value: Any) -> Any:
-    return tuple(_tupled(v) for v in value) if isinstance(value, list) else value
-
-
-def _by_name(name: str) -> Any:
-    if name not in CATALOGUE:
-        raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
-    return CATALOGUE[name]
+def _as_tuples(value: Any) -> Any:
+    return tuple(_as_tuples(v) for v in value) if isinstance(value, list) else value

@@ -10,21 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque
-from physident.effects.effect import Array, Column, Effect
+from physident.effects.classification import Detection, Family, Scope
+from physident.effects.effect import Array, Column, Effect, every_joint_pattern
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-PIECE = 0.5  # s
+PIECE = 0.5  # s: how long the force is taken as constant
 
 
 @dataclass(frozen=True)
 class Contact(Effect):
-    """tau = J(q)^T F: the arm pushes with F at its tool; F in the base frame, in N, constant over pieces of 0.5 s, or over
-    each interval where it is ``steady``.
+    """tau = J(q)^T F: the tool pushes with force F [N] in the base frame, constant over pieces of 0.5 s.
 
-    ``intervals`` (start, end) [s] on the recording's own clock, counted from its first row; ``recording`` the hash of the
-    recording they belong to, empty for any. J is the Jacobian of the tool's position: the last fixed frame of the robot.
+    Where it is ``steady``, F is constant over each of the ``intervals`` (start, end) [s], which count from the first row
+    of the recording. ``recording`` is the hash of that recording, empty for any. J is the Jacobian of the tool's position;
+    the tool is the last fixed frame of the robot.
     """
 
     intervals: tuple[tuple[float, float], ...] = ((0.0, PIECE),)
@@ -33,13 +34,15 @@ class Contact(Effect):
 
     name: ClassVar[str] = "contact"
     unit: ClassVar[str] = "N"
-    signature: ClassVar[str] = "transient, coherent over the joints through one Jacobian"
-    rivals: ClassVar[str] = "dropouts: they keep to one joint"
+    family: ClassVar[Family] = Family.CONTACT
+    scope: ClassVar[Scope] = Scope.WHOLE_ARM
+    detection: ClassVar[Detection] = Detection.BY_TIME
+    signature: ClassVar[str] = "short, and on all joints at once, as a force at the tool causes it"
+    mistaken_for: ClassVar[str] = "sensor dropouts: they affect a single joint"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "intervals", tuple((float(a), float(b)) for a, b in self.intervals))
-        if self.joints is not None:
-            raise InputError("contact acts on the whole arm; expected no joints setting")
         if not self.intervals or not all(np.isfinite(i).all() and i[0] < i[1] for i in map(np.array, self.intervals)):
             raise InputError(
                 f"contact: intervals are {self.intervals}, expected (start, end) [s] with start before end"
@@ -52,11 +55,11 @@ class Contact(Effect):
         edges = [np.append(np.arange(start, end - 1e-9, PIECE), end) for start, end in self.intervals]
         return [(float(a), float(b)) for e in edges for a, b in itertools.pairwise(e)]
 
-    def anywhere(self) -> tuple[Effect, float]:
+    def moved_to_start(self) -> tuple[Effect, float]:
         lengths = [end - start for start, end in self.intervals]
         ends = list(itertools.accumulate(lengths))
-        laid = tuple((end - length, end) for end, length in zip(ends, lengths, strict=True))
-        return Contact(intervals=laid, steady=self.steady), ends[-1]
+        intervals = tuple((end - length, end) for end, length in zip(ends, lengths, strict=True))
+        return Contact(intervals=intervals, steady=self.steady), ends[-1]
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(
@@ -66,8 +69,7 @@ class Contact(Effect):
         )
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        count = 3 * len(self.pieces())
-        return np.array([(j, c) for c in range(count) for j in range(robot.n)], dtype=np.intp)
+        return every_joint_pattern(robot.n, 3 * len(self.pieces()))
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         pieces, time = self.pieces(), signals.time - signals.origin
@@ -83,7 +85,7 @@ class Contact(Effect):
 def tool_jacobian(robot: Robot, q: Array) -> Array:
     """Jacobian (N, 3, n) [m|1] of the tool's position in the base frame at positions (N, n).
 
-    A unit mass at the tool weighs -J^T g: its gravity torque under unit gravity along each axis is minus a row of J.
+    The gravity torque of a unit mass at the tool is -J^T g, so unit gravity along each axis gives minus one row of J.
     """
     x, y, z = robot.tool
     point = np.zeros(10 * robot.n)

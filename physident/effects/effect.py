@@ -1,14 +1,16 @@
-"""What an effect is: columns of a regressor, with names, units and cones."""
+"""The base class of all effects: columns of a regressor, with their names, units and cones."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar, Literal, final
+from typing import Any, ClassVar, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.effects.classification import Detection, Family, Scope
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -18,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Column:
-    """One parameter: its name, unit, the joint or link (from 1) it belongs to, and its effect's name."""
+    """One parameter of an effect: its name, unit, joint or link (from 1), and the name of the effect."""
 
     name: str
     unit: str
@@ -28,10 +30,10 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """A convex set of an effect's own parameters: ``map`` (m, k) @ theta + ``offset`` (m,) is not negative.
+    """A convex set for the parameters of one effect: ``map`` (m, k) @ theta + ``offset`` (m,) is not negative.
 
-    What several effects share needs no cone of theirs: a link's inertia (``inertia``) and a joint's friction
-    (``friction``) must be physical as sums.
+    Conditions on a sum over several effects are not cones of one effect: the inertia of a link (``Effect.inertia``) and
+    the friction of a joint (``Effect.friction``) must be physical as sums.
     """
 
     map: Array
@@ -39,9 +41,12 @@ class Cone:
 
 
 @dataclass(frozen=True)
-class Shape:
-    """A parameter that torque is not linear in: the effect's ``field`` that holds it, one value for each joint it acts
-    on, its unit, the ``grid`` it is searched on inside the fitting data, and whether only the grid's values make sense."""
+class ShapeParameter:
+    """A parameter that the torque is not linear in, such as the Stribeck velocity.
+
+    ``field`` is the attribute of the effect that holds one value for each joint, in ``unit``. Where it is not given, it
+    is searched on ``grid`` within the recordings, and then refined unless only the grid's values make sense (``discrete``).
+    """
 
     field: str
     unit: str
@@ -51,8 +56,8 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class AddedInertia:
-    """Inertia that an effect adds to the plant: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)
-    [kg m^2|kg] felt only by a joint's own acceleration, ``gravity`` (3,) [m/s^2] added in the base frame."""
+    """Inertia that an effect adds to the arm: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)
+    [kg m^2|kg] that only the joint's own acceleration feels, and ``gravity`` (3,) [m/s^2] added in the base frame."""
 
     links: Array
     armature: Array
@@ -63,23 +68,35 @@ class AddedInertia:
 class Effect(ABC):
     """A physical effect: torque that is linear in its parameters, tau = Phi(q, v, a) theta.
 
-    ``joints`` (from 1) restricts it to some joints, None for all. A subclass has at most one parameter for each joint
-    unless it says otherwise, and needs only ``values``.
+    ``joints`` (from 1) restricts it to some joints, None for all. A subclass states ``name``, ``unit`` and ``family`` and
+    implements ``values``; every other member has a default for one parameter per joint. Raises InputError for ``joints``
+    of an effect that acts on the whole arm.
     """
 
     joints: tuple[int, ...] | None = None
 
     name: ClassVar[str]
     unit: ClassVar[str]
+    family: ClassVar[Family]
+    label: ClassVar[str] = ""  # its name in a sentence, where that is not ``name`` with spaces
+    signature: ClassVar[str] = ""  # how it shows in recordings
+    mistaken_for: ClassVar[str] = ""  # the effects it is confused with, and what separates them
     acts_on: ClassVar[Literal["plant", "measurement", "sensor"]] = "plant"
-    shapes: ClassVar[tuple[Shape, ...]] = ()
-    pointwise: ClassVar[bool] = True  # each sample's value depends on that sample alone
-    needs_model: ClassVar[bool] = False  # its columns depend on the model's own torque or link parameters
-    signature: ClassVar[str] = ""  # how it shows, in words
-    rivals: ClassVar[str] = ""  # what it is mistaken for, and what separates them
+    scope: ClassVar[Scope] = Scope.JOINT
+    detection: ClassVar[Detection] = Detection.BY_PLACE
+    shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
+    pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
+    needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
+    # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of
+    # inertia and gravity ``load``, the torque without measurement effects ``motor``, and settings as {field}
+    formulas: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        if self.scope is Scope.WHOLE_ARM and self.joints is not None:
+            raise InputError(f"{self.name} acts on the whole arm but joints are {self.joints}; leave joints out")
 
     def active(self, robot: Robot) -> list[int]:
-        """Indices (from 0) of the joints it acts on; raises InputError for a joint the robot does not have."""
+        """Indices (from 0) of the joints it acts on; raises InputError for a joint that the robot does not have."""
         if self.joints is None:
             return list(range(robot.n))
         for joint in self.joints:
@@ -92,34 +109,16 @@ class Effect(ABC):
         return tuple(Column(f"{self.name}_{j + 1}", self.unit, j + 1, self.name) for j in self.active(robot))
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        """(E, 2): joint row and own column (from 0) of each structural non-zero, in the order of ``values``."""
-        active = self.active(robot)
-        return np.column_stack([active, np.arange(len(active))]).astype(np.intp).reshape(-1, 2)
+        """Joint row and column (from 0) of each structural non-zero (E, 2), in the order of ``values``.
 
-    def shape(self, robot: Robot, field: str) -> Array:
-        """Values (k,) of a shape parameter for the joints it acts on; raises InputError where it is not set."""
-        values = getattr(self, field)
-        count = len(self.active(robot))
-        if values is None or len(values) not in (1, count):
-            came = "not set" if values is None else f"{len(values)} values"
-            raise InputError(f"{self.name}: {field} is {came}, expected {count}, one a joint; identify finds them")
-        return np.broadcast_to(np.array(values, dtype=float), (count,))
-
-    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
-        """Samples (N, n) of one segment whose value still depends on what was before it; None where none do."""
-        return None
-
-    def anywhere(self) -> tuple[Effect, float]:
-        """The effect as a question of structure, free of any recording's time, and how many seconds it needs for that."""
-        return self, 0.0
-
-    def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
-        """The cutoff [Hz] below which the common filter takes its signature away; 0 where any band will do."""
-        return 0.0
+        By default each column is non-zero in the row of its joint alone.
+        """
+        joint_rows = [column.joint - 1 for column in self.columns(robot)]
+        return np.column_stack([joint_rows, np.arange(len(joint_rows))]).astype(np.intp).reshape(-1, 2)
 
     @abstractmethod
     def values(self, robot: Robot, signals: Signals) -> Array:
-        """Structural non-zeros (E, N) of its regressor; the unit is N m (or N) over the parameter's own."""
+        """Structural non-zeros (E, N) of its regressor, in N m (or N) for each unit of the parameter."""
 
     @final
     def regressor(self, robot: Robot, signals: Signals) -> Array:
@@ -130,31 +129,84 @@ class Effect(ABC):
         return Phi
 
     def nominal(self, robot: Robot) -> Array:
-        """Parameters (k,) that the robot's own description states; zero where it states none."""
+        """Parameters (k,) that the robot's description states; zero where it states none."""
         return np.zeros(len(self.columns(robot)))
 
-    def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        """Convex sets its parameters must lie in to be physical; none unless it says so.
+    # what is physically possible
 
-        Friction needs none of its own: all friction of a joint must dissipate as a sum, see ``friction``.
-        """
+    def cones(self, robot: Robot) -> tuple[Cone, ...]:
+        """Convex sets that its parameters must lie in to be physical; none by default."""
         return ()
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
         """Friction (k, S) [N m|N] of each unit of each parameter at speeds (S,) [rad/s|m/s] of its joint, unloaded.
 
-        Zero unless it says so. The sum over all effects of a joint must oppose its motion: F(v) v >= 0.
+        Zero by default. The sum over all effects of a joint must oppose its motion: F(v) v >= 0.
         """
         return np.zeros((len(self.columns(robot)), len(speeds)))
 
+    # shape parameters and their search
+
+    def shape_values(self, robot: Robot, field: str) -> Array:
+        """Values (k,) of a shape parameter for the joints it acts on; raises InputError where they are not given."""
+        values = getattr(self, field)
+        count = len(self.active(robot))
+        if values is None or len(values) not in (1, count):
+            given = "not given" if values is None else f"given as {len(values)} values"
+            raise InputError(
+                f"{self.name}: {field} is {given}, expected {count} values, one for each joint; identify finds them"
+            )
+        return np.broadcast_to(np.array(values, dtype=float), (count,))
+
+    @classmethod
+    def search_grid(cls, robot: Robot, joints: tuple[int, ...], shape: ShapeParameter) -> tuple[float, ...]:
+        """Values of a shape parameter that are tried for the effect at one place."""
+        return shape.grid
+
+    @classmethod
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
+        """The concrete effects that a diagnosis tries at one place: one for each value of its shape parameter."""
+        if not cls.shape_parameters:
+            return [cls(joints or None)]
+        (shape,) = cls.shape_parameters
+        grid = cls.search_grid(robot, joints, shape)
+        return [replace(cls(joints or None), **{shape.field: (value,)}) for value in grid]
+
+    @classmethod
+    def at_grid_middle(cls, joints: tuple[int, ...] | None = None) -> Self:
+        """The effect with each shape parameter at the middle of its grid."""
+        return replace(
+            cls(joints), **{shape.field: (shape.grid[len(shape.grid) // 2],) for shape in cls.shape_parameters}
+        )
+
+    # limits of what recordings show
+
+    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
+        """Samples (N, n) of one segment whose value still depends on the time before the segment; None where none do."""
+        return None
+
+    def moved_to_start(self) -> tuple[Effect, float]:
+        """The effect with its times moved to the start of any motion, and how long [s] that motion must last."""
+        return self, 0.0
+
+    def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
+        """The lowest cutoff [Hz] of the common filter that lets its torque pass; 0 where any cutoff will do."""
+        return 0.0
+
+    # simulation: what the plant does and what the instruments show
+
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia | None:
-        """The inertia it adds to a simulated plant, when its torque (parameters ``theta`` (k,)) is that of inertia
-        alone; None, the default, when ``torque_at`` is to be evaluated."""
+        """The inertia it adds to the arm, where its torque with parameters ``theta`` (k,) is that of inertia alone.
+
+        None, the default, means that the simulator evaluates ``torque_at``.
+        """
         return None
 
     def state_size(self, robot: Robot) -> int:
-        """Number S of internal states of a simulated plant, such as a bristle's deflection for each joint; none unless
-        it says so. They start at zero."""
+        """Number S of its internal states in a simulated arm, such as one bristle deflection for each joint.
+
+        None by default. States start at zero.
+        """
         return 0
 
     def state_rate(self, robot: Robot, signals: Signals, state: Array) -> Array:
@@ -162,27 +214,46 @@ class Effect(ABC):
         return np.zeros_like(state)
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
-        """Structural non-zeros (E, N) as ``values``, at N unrelated instants of a simulated plant.
+        """Structural non-zeros (E, N) like ``values``, at N unrelated instants of a simulated arm.
 
-        ``state`` (S, N) is its internal state, ``load`` (N, n) [N m|N] the torque of inertia and gravity. By default
-        ``values``: an effect overrides it where that needs the past or another effect's torque.
+        ``state`` (S, N) is its internal state, ``load`` (N, n) [N m|N] the torque of inertia and gravity. The default is
+        ``values``; an effect whose values need the past or another effect's torque overrides it.
         """
         return self.values(robot, signals)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
-        """What a simulated arm's instruments show of true signals, whose torque (N, n) is the drive's.
+        """What the instruments of a simulated arm show of the true signals, whose torque (N, n) is that of the drives.
 
-        An effect on the plant changes nothing here. Any other adds its torque: exact for the torque's measurement, to
-        first order for a sensor of motion, which may override it with the map itself.
+        An effect on the plant changes nothing here. Any other effect adds its torque. That is exact for a torque
+        measurement and of first order for a motion sensor, which may override it with the exact map.
         """
         if self.acts_on == "plant" or signals.torque is None:
             return signals
         return replace(signals, torque=signals.torque + self.regressor(robot, signals) @ theta)
 
+    # files and export
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        """Its torque with parameters ``theta`` (k,) as a NumPy expression, see ``formulas``; None where it has none."""
+        if not self.formulas:
+            return None
+        active = self.active(robot)
+        settings: dict[str, Any] = {key: value for key, value in vars(self).items() if isinstance(value, float)}
+        for shape in self.shape_parameters:
+            shape_values = np.ones(robot.n)
+            shape_values[active] = self.shape_values(robot, shape.field)
+            settings[shape.field] = array_source(shape_values)
+        terms = []
+        for formula, parameters in zip(self.formulas, theta.reshape(len(active), -1).T, strict=True):
+            gains = np.zeros(robot.n)
+            gains[active] = parameters
+            terms.append(f"{array_source(gains)} * ({formula.format(**settings)})")
+        return " + ".join(terms)
+
     @final
     def as_dict(self) -> dict[str, Any]:
         """Its name and settings, as JSON can hold them."""
-        return {"effect": self.name, **{key: _plain(value) for key, value in asdict(self).items()}}
+        return {"effect": self.name, **{key: _as_lists(value) for key, value in asdict(self).items()}}
 
 
 def nonnegative(k: int) -> Cone:
@@ -190,5 +261,15 @@ def nonnegative(k: int) -> Cone:
     return Cone(np.eye(k), np.zeros(k))
 
 
-def _plain(value: Any) -> Any:
-    return [_plain(v) for v in value] if isinstance(value, tuple) else value
+def every_joint_pattern(n: int, k: int) -> NDArray[np.intp]:
+    """The ``Effect.pattern`` (n k, 2) of k columns that are non-zero in the rows of all n joints."""
+    return np.array([(joint, column) for column in range(k) for joint in range(n)], dtype=np.intp).reshape(-1, 2)
+
+
+def array_source(values: Array) -> str:
+    """Python source of a NumPy array with every digit of its values."""
+    return f"np.array({values.tolist()!r})"
+
+
+def _as_lists(value: Any) -> Any:
+    return [_as_lists(v) for v in value] if isinstance(value, tuple) else value

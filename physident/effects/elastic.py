@@ -1,4 +1,4 @@
-"""Springs: one that pulls a joint to zero, and the elasticity of its drive."""
+"""Springs: one that pulls a joint to zero, and the elasticity of the drive."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.effects.effect import Array, Cone, Effect, nonnegative
+from physident.effects.classification import Family
+from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
 from physident.recordings.signals import Signals, derivative
 from physident.robots.robot import Robot
 
-PASSBAND = 1.5  # times the cutoff of the common filter
+PASSBAND = 1.5  # times the cutoff of the common filter: more would only add twice differentiated noise
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,10 @@ class JointSpring(Effect):
 
     name: ClassVar[str] = "joint_spring"
     unit: ClassVar[str] = "N m/rad"
-    signature: ClassVar[str] = "free of velocity, acts where gravity cannot"
-    rivals: ClassVar[str] = "gravity of a wrong mass: goes with the sine of the angle"
+    family: ClassVar[Family] = Family.TRANSMISSION
+    formulas: ClassVar[tuple[str, ...]] = ("q",)
+    signature: ClassVar[str] = "independent of velocity, also on joints without gravity torque"
+    mistaken_for: ClassVar[str] = "gravity of a wrong mass: follows the sine of the angle"
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.q.T[self.active(robot)]
@@ -36,45 +39,45 @@ class JointSpring(Effect):
 class JointElasticity(Effect):
     """tau = -c_i d/ds ID(q + s tau_i e_i, v + s tau_i' e_i, a + s tau_i'' e_i): the link lags its encoder by c_i tau_i.
 
-    The encoder sits on the motor's side; tau_i is the torque of the links on joint i, dots its derivatives in time.
-    Acts on all rows. Compliance c in rad/(N m), to first order. Cone: c >= 0. Source: Spong, "Modeling and control of
+    The encoder is on the motor side; tau_i is the torque of the links on joint i, primes are its derivatives in time.
+    Acts on the rows of all joints. Compliance c in rad/(N m), to first order. Cone: c >= 0. Source: Spong, "Modeling and control of
     elastic joint robots" (1987), eq. 7, solved for small compliance.
     """
 
     name: ClassVar[str] = "joint_elasticity"
     unit: ClassVar[str] = "rad/(N m)"
+    family: ClassVar[Family] = Family.TRANSMISSION
     pointwise: ClassVar[bool] = False
     needs_model: ClassVar[bool] = True
-    signature: ClassVar[str] = "a peak that moves with the pose"
-    rivals: ClassVar[str] = "time_delay: the same milliseconds in every joint and pose"
+    signature: ClassVar[str] = "a resonance peak that moves with the pose"
+    mistaken_for: ClassVar[str] = "time_delay: the same delay in every joint and pose"
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        count = len(self.active(robot))
-        return np.array([(j, c) for c in range(count) for j in range(robot.n)], dtype=np.intp).reshape(-1, 2)
+        return every_joint_pattern(robot.n, len(self.active(robot)))
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         links, state, active = signals.from_model("links"), (signals.q, signals.v, signals.a), tuple(self.active(robot))
         torque = inverse_dynamics(robot, links, *state)
-        bends = np.empty((len(active), 3, len(signals.time)))
-        passband = (
-            PASSBAND * signals.cutoff
-        )  # no more than the filter's band: twice differentiated noise drowns the bend
-        for bend, i in zip(bends, active, strict=True):
-            bend[0] = torque[:, i]
-            bend[1:] = [derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2)]
-        return -torque_changes(robot, links, state, active, bends).reshape(-1, len(signals.time))
+        deflections = np.empty(
+            (len(active), 3, len(signals.time))
+        )  # for unit compliance: angle, velocity, acceleration
+        passband = PASSBAND * signals.cutoff
+        for deflection, i in zip(deflections, active, strict=True):
+            deflection[0] = torque[:, i]
+            deflection[1:] = [derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2)]
+        return -torque_changes(robot, links, state, active, deflections).reshape(-1, len(signals.time))
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
-        """Nothing: the plant moves its links; what the encoders show of them is ``measure``."""
+        """Zero: the simulated links move as before, and ``measure`` gives what the encoders show."""
         return np.zeros((len(self.pattern(robot)), len(signals.time)))
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
-        bend = np.zeros_like(signals.q)
+        deflection = np.zeros_like(signals.q)
         active = self.active(robot)
-        bend[:, active] = theta * signals.from_model("load")[:, active]
-        rate = np.gradient(bend, 1 / signals.rate, axis=0)
-        shifted = (signals.q + bend, signals.v + rate, signals.a + np.gradient(rate, 1 / signals.rate, axis=0))
-        return replace(signals, q=shifted[0], v=shifted[1], a=shifted[2])
+        deflection[:, active] = theta * signals.from_model("load")[:, active]
+        rate = np.gradient(deflection, 1 / signals.rate, axis=0)
+        acceleration = np.gradient(rate, 1 / signals.rate, axis=0)
+        return replace(signals, q=signals.q + deflection, v=signals.v + rate, a=signals.a + acceleration)
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)

@@ -1,6 +1,6 @@
 """Friction of a joint as a function of its velocity alone. Positive parameters oppose the motion.
 
-A single parameter may be negative in a physical model; the sum of a joint's friction may not push it.
+A single parameter may be negative in a physical model, but the sum of all friction of a joint must not drive it.
 """
 
 from __future__ import annotations
@@ -11,22 +11,26 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.effect import Array, Cone, Effect, Shape, nonnegative
+from physident.effects.classification import Family
+from physident.effects.effect import Array, Cone, Effect, ShapeParameter, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-SMOOTHING = 0.01  # rad/s: of the size of a velocity's noise
+SMOOTHING = 0.01  # rad/s: about the noise of a measured velocity
+SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SMOOTHING})"  # ``smooth_sign`` in exported code
 
 
 def smooth_sign(v: Array, width: float = SMOOTHING) -> Array:
-    """tanh(v / width), the one smooth sign everywhere; ``v`` and ``width`` in the same unit [rad/s|m/s]."""
+    """The smooth sign tanh(v / width) that all effects use; ``v`` and ``width`` in the same unit [rad/s|m/s]."""
     return np.tanh(v / width)
 
 
 @dataclass(frozen=True)
 class VelocityFriction(Effect):
-    """Friction that is a function of a joint's own velocity: a subclass gives ``law``, once for every use of it."""
+    """Friction that is a function of the joint's velocity alone; a subclass implements ``law``."""
+
+    family: ClassVar[Family] = Family.FRICTION
 
     @abstractmethod
     def law(self, robot: Robot, v: Array) -> Array:
@@ -45,8 +49,9 @@ class ViscousFriction(VelocityFriction):
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
+    formulas: ClassVar[tuple[str, ...]] = ("v",)
     signature: ClassVar[str] = "grows with speed"
-    rivals: ClassVar[str] = "coulomb_friction: two speeds separate them"
+    mistaken_for: ClassVar[str] = "coulomb_friction: two speeds separate them"
 
     def law(self, robot: Robot, v: Array) -> Array:
         return v
@@ -56,12 +61,12 @@ class ViscousFriction(VelocityFriction):
 class CoulombFriction(VelocityFriction):
     """tau_j = Fc_j sgn v_j with sgn v = tanh(v / smoothing); Fc in N m (thesis eq. 3.42).
 
-    ``smoothing`` [rad/s] is of the size of the velocity's noise. Nominal: the motor's friction times the gear ratio,
-    mean of both directions, where the robot states its drives.
+    ``smoothing`` [rad/s] is about the noise of the velocity. Nominal: the motor's friction times the gear ratio, mean of
+    both directions, where the robot states its drives.
 
-    A smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint stick instead:
-    the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and holds any smaller
-    load at rest (Dahl, "A solid friction model" (1968)). Its column in a regressor stays the smooth sign.
+    A joint with a smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint
+    stick instead: the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and
+    carries any smaller load at standstill (Dahl, "A solid friction model" (1968)). The regressor keeps the smooth sign.
     """
 
     smoothing: float = SMOOTHING
@@ -69,10 +74,13 @@ class CoulombFriction(VelocityFriction):
 
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
+    label: ClassVar[str] = "Coulomb friction"
+    formulas: ClassVar[tuple[str, ...]] = ("np.tanh(v / {smoothing})",)
     signature: ClassVar[str] = "a step at each reversal"
-    rivals: ClassVar[str] = "load_dependent_friction: vary the load"
+    mistaken_for: ClassVar[str] = "load_dependent_friction: vary the load"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not (np.isfinite(self.smoothing) and self.smoothing > 0):
             raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected a positive speed [rad/s]")
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
@@ -104,8 +112,11 @@ class FrictionAsymmetry(VelocityFriction):
 
     name: ClassVar[str] = "friction_asymmetry"
     unit: ClassVar[str] = "N m s/rad"
+    formulas: ClassVar[tuple[str, ...]] = ("np.abs(v)",)
     signature: ClassVar[str] = "the slope over speed differs by direction"
-    rivals: ClassVar[str] = "torque_offset: both directions at equal speed; standstill shows nothing, stiction hides it"
+    mistaken_for: ClassVar[str] = (
+        "torque_offset: compare both directions at equal speed; standstill shows nothing, because stiction hides it"
+    )
 
     def law(self, robot: Robot, v: Array) -> Array:
         return np.abs(v)
@@ -122,17 +133,19 @@ class StribeckFriction(VelocityFriction):
 
     name: ClassVar[str] = "stribeck_friction"
     unit: ClassVar[str] = "N m"
-    shapes: ClassVar = (Shape("velocity", "rad/s", (0.02, 0.035, 0.06, 0.1, 0.17, 0.3, 0.5)),)
+    label: ClassVar[str] = "Stribeck friction"
+    shape_parameters: ClassVar = (ShapeParameter("velocity", "rad/s", (0.02, 0.035, 0.06, 0.1, 0.17, 0.3, 0.5)),)
+    formulas: ClassVar[tuple[str, ...]] = (f"{SMOOTH_SIGN_SOURCE} * np.exp(-((v / {{velocity}}) ** 2))",)
     signature: ClassVar[str] = "a bump below 0.1 rad/s"
-    rivals: ClassVar[str] = (
-        "presliding_hysteresis: goes with distance, not speed; a filter on one side only imitates it"
+    mistaken_for: ClassVar[str] = (
+        "presliding_hysteresis: follows distance, not speed; filtering the signals but not the torque imitates it"
     )
 
     def law(self, robot: Robot, v: Array) -> Array:
-        return smooth_sign(v) * np.exp(-((v / self.shape(robot, "velocity")[:, None]) ** 2))
+        return smooth_sign(v) * np.exp(-((v / self.shape_values(robot, "velocity")[:, None]) ** 2))
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        """Breaking away takes at least as much as sliding."""
+        """The breakaway torque is at least the sliding friction."""
         return (nonnegative(len(self.active(robot))),)
 
 
@@ -144,9 +157,10 @@ class NonlinearViscousFriction(VelocityFriction):
 
     name: ClassVar[str] = "nonlinear_viscous_friction"
     unit: ClassVar[str] = "N m (s/rad)^a"
-    shapes: ClassVar = (Shape("exponent", "1", (0.3, 0.5, 0.7, 1.5, 2.0, 3.0)),)
-    signature: ClassVar[str] = "a bent friction curve"
-    rivals: ClassVar[str] = "warm_up: repeat at one speed"
+    shape_parameters: ClassVar = (ShapeParameter("exponent", "1", (0.3, 0.5, 0.7, 1.5, 2.0, 3.0)),)
+    formulas: ClassVar[tuple[str, ...]] = ("np.sign(v) * np.abs(v) ** {exponent}",)
+    signature: ClassVar[str] = "friction over speed is a curve, not a line"
+    mistaken_for: ClassVar[str] = "warm_up: repeat a motion at the same speed later"
 
     def law(self, robot: Robot, v: Array) -> Array:
-        return np.sign(v) * np.abs(v) ** self.shape(robot, "exponent")[:, None]
+        return np.sign(v) * np.abs(v) ** self.shape_values(robot, "exponent")[:, None]

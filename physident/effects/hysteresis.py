@@ -1,4 +1,4 @@
-"""Friction with memory: the bristles of a contact bend over a distance before it slides."""
+"""Friction with memory: the contact bends like a bristle over a short distance before it slides."""
 
 from __future__ import annotations
 
@@ -8,53 +8,58 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.effect import Array, Effect, Shape
+from physident.effects.classification import Family
+from physident.effects.effect import Array, Effect, ShapeParameter
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-SETTLING_TRAVEL = 3.0  # times the presliding distance: exp(-3) = 5 % of what was before is left
+SETTLING_TRAVEL = 3.0  # times the presliding distance: exp(-3) = 5 % of the earlier deflection is left
 
 
 @dataclass(frozen=True)
 class PreslidingHysteresis(Effect):
     """tau_j = s_j z_j with dz/dt = v - abs(v) z / xs, from z = 0 where a recording or a segment begins; s in N m/rad.
 
-    z [rad] bends to +-xs, the presliding ``distance`` [rad]; the sliding friction is s xs. A gap restarts it, and three
-    xs of travel after it are not counted. Source: Dahl, "A solid friction model" (1968), eq. 3 with exponent 1.
+    The deflection z [rad] reaches +-xs, the presliding ``distance`` [rad]; the sliding friction is s xs. After a gap z
+    starts at zero again, and the rows of the first 3 xs of travel are left out. Source: Dahl, "A solid friction model"
+    (1968), eq. 3 with exponent 1.
     """
 
     distance: tuple[float, ...] | None = None
 
     name: ClassVar[str] = "presliding_hysteresis"
     unit: ClassVar[str] = "N m/rad"
+    family: ClassVar[Family] = Family.FRICTION
     pointwise: ClassVar[bool] = False
-    shapes: ClassVar = (
-        Shape("distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),
+    shape_parameters: ClassVar = (
+        ShapeParameter("distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),
     )
     signature: ClassVar[str] = "friction builds over a fixed distance after each reversal"
-    rivals: ClassVar[str] = "stribeck_friction: goes with speed, not distance; reversals at three speeds separate them"
+    mistaken_for: ClassVar[str] = (
+        "stribeck_friction: follows speed, not distance; reversals at three speeds separate them"
+    )
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return bristle(signals.v.T[self.active(robot)], self.shape(robot, "distance"), signals.rate)
+        return bristle(signals.v.T[self.active(robot)], self.shape_values(robot, "distance"), signals.rate)
 
     def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
         if signals.time[0] - signals.origin < 1 / signals.rate:
-            return None  # a recording begins at rest; only after a gap the bristles are bent in a way nobody saw
+            return None  # a recording begins at rest; only after a gap is the deflection unknown
         active = self.active(robot)
         travel = np.cumsum(np.abs(signals.v[:, active]), axis=0) / signals.rate
         result = np.zeros(signals.v.shape, dtype=bool)
-        result[:, active] = travel < SETTLING_TRAVEL * self.shape(robot, "distance")
+        result[:, active] = travel < SETTLING_TRAVEL * self.shape_values(robot, "distance")
         return result
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
-        return self.shape(robot, "distance")[:, None] * np.sign(speeds)
+        return self.shape_values(robot, "distance")[:, None] * np.sign(speeds)
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot))
 
     def state_rate(self, robot: Robot, signals: Signals, state: Array) -> Array:
         v = signals.v.T[self.active(robot)]
-        return v - np.abs(v) * state / self.shape(robot, "distance")[:, None]
+        return v - np.abs(v) * state / self.shape_values(robot, "distance")[:, None]
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return state
@@ -66,12 +71,12 @@ def bristle(v: Array, distance: Array, rate: float) -> Array:
     Exact where the velocity is constant between samples: over a step, z decays towards xs sgn v with the travel.
     """
     step = 0.5 * (v[:, 1:] + v[:, :-1]) / rate  # travel between samples
-    kept = np.exp(-np.abs(step) / distance[:, None])
-    gained = np.sign(step) * distance[:, None] * (1 - kept)
-    # z_{k+1} = kept_k z_k + gained_k, solved for all k by doubling: each pass joins spans twice as long as the last
+    decay = np.exp(-np.abs(step) / distance[:, None])
+    gain = np.sign(step) * distance[:, None] * (1 - decay)
+    # z_{k+1} = decay_k z_k + gain_k, solved for all k by doubling: each pass joins spans twice as long as the last
     span = 1
     while span < step.shape[1]:
-        gained[:, span:] += kept[:, span:] * gained[:, :-span]
-        kept[:, span:] *= kept[:, :-span]
+        gain[:, span:] += decay[:, span:] * gain[:, :-span]
+        decay[:, span:] *= decay[:, :-span]
         span *= 2
-    return np.concatenate([np.zeros((len(v), 1)), gained], axis=1)
+    return np.concatenate([np.zeros((len(v), 1)), gain], axis=1)

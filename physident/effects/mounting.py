@@ -1,4 +1,4 @@
-"""How the arm is mounted and zeroed: gravity that is not straight down, encoders whose zero is off."""
+"""Errors of mounting and zeroing: a tilted base, and encoders whose zero is off."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, torque_changes
-from physident.effects.effect import AddedInertia, Array, Column, Effect
-from physident.errors import InputError
+from physident.effects.classification import Family, Scope
+from physident.effects.effect import AddedInertia, Array, Column, Effect, every_joint_pattern
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -19,24 +19,24 @@ from physident.robots.robot import Robot
 class GravityTilt(Effect):
     """tau = g_x d tau/d g_x + g_y d tau/d g_y: gravity has a part along the base's x or y axis; g in m/s^2.
 
-    The columns need first moments that vertical gravity never showed; the model's are used.
+    Its columns also depend on first moments that vertical gravity never shows; those of the model are used.
     """
 
     name: ClassVar[str] = "gravity_tilt"
     unit: ClassVar[str] = "m/s^2"
+    family: ClassVar[Family] = Family.MOUNTING
+    scope: ClassVar[Scope] = Scope.WHOLE_ARM
     needs_model: ClassVar[bool] = True
     signature: ClassVar[str] = "gravity torque on joint 1"
-    rivals: ClassVar[str] = "joint_zero_offset: couples joints; first moments that vertical gravity never showed"
-
-    def __post_init__(self) -> None:
-        if self.joints is not None:
-            raise InputError("gravity_tilt acts on the whole arm; expected no joints setting")
+    mistaken_for: ClassVar[str] = (
+        "joint_zero_offset: couples the joints; errors of first moments that vertical gravity never shows"
+    )
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(Column(f"{self.name}_{axis}", self.unit, 1, self.name) for axis in "xy")
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        return np.array([(j, c) for c in range(2) for j in range(robot.n)], dtype=np.intp)
+        return every_joint_pattern(robot.n, 2)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         axes = np.eye(3)[:2]
@@ -48,22 +48,22 @@ class GravityTilt(Effect):
 
 @dataclass(frozen=True)
 class JointZeroOffset(Effect):
-    """tau = d_j d tau/d q_j: the true angle is the recorded one plus d_j; d in rad. Acts on all rows.
+    """tau = d_j d tau/d q_j: the true angle is the recorded one plus d_j; d in rad. Acts on the rows of all joints.
 
-    The derivative is that of the links' torque; an upright arm's first joint, and a last link that is round about its
-    axis, show nothing.
+    The derivative is that of the links' torque. It is zero for the first joint of an upright arm and for a last link that
+    is symmetric about its axis: their offsets cannot be seen.
     """
 
     name: ClassVar[str] = "joint_zero_offset"
     unit: ClassVar[str] = "rad"
+    family: ClassVar[Family] = Family.MOUNTING
     acts_on: ClassVar = "sensor"
     needs_model: ClassVar[bool] = True
-    signature: ClassVar[str] = "a pure function of the angles that couples joints"
-    rivals: ClassVar[str] = "gravity_tilt, torque_offset: poses all around"
+    signature: ClassVar[str] = "a function of the angles alone that couples the joints"
+    mistaken_for: ClassVar[str] = "gravity_tilt, torque_offset: record poses in all directions"
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        count = len(self.active(robot))
-        return np.array([(j, c) for c in range(count) for j in range(robot.n)], dtype=np.intp).reshape(-1, 2)
+        return every_joint_pattern(robot.n, len(self.active(robot)))
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         active, N = tuple(self.active(robot)), len(signals.time)

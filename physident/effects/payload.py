@@ -1,4 +1,4 @@
-"""Mass that the robot's description does not know: a payload at the last link, a change of any other link."""
+"""Mass that the robot's description does not include: a payload on the last link, or a change of any other link."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.rigid_body_regressor import torque_entries, torque_pattern
+from physident.effects.classification import Family, Scope
 from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -18,9 +19,10 @@ from physident.robots.robot import Robot
 
 @dataclass(frozen=True)
 class LinkChange(Effect):
-    """Ten parameters added to some links, through the columns that the rigid body has for them."""
+    """Ten parameters added to some links, with the columns of the rigid body for these links."""
 
     unit: ClassVar[str] = "kg, kg m, kg m^2"
+    family: ClassVar[Family] = Family.INERTIA
 
     def links(self, robot: Robot) -> list[int]:
         """The links it changes, as indices from 0."""
@@ -34,17 +36,18 @@ class LinkChange(Effect):
             for name, unit in names
         )
 
-    def _own(self, robot: Robot) -> NDArray[np.intp]:
+    def _entries(self, robot: Robot) -> NDArray[np.intp]:
+        """Which structural non-zeros of the rigid body belong to its links."""
         return np.flatnonzero(np.isin(torque_pattern(robot)[:, 1] // 10, self.links(robot)))
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        own = torque_pattern(robot)[self._own(robot)]
-        place = {link: at for at, link in enumerate(self.links(robot))}
-        columns = [10 * place[c // 10] + c % 10 for c in own[:, 1].tolist()]
-        return np.column_stack([own[:, 0], columns]).astype(np.intp)
+        rows, columns = torque_pattern(robot)[self._entries(robot)].T
+        position = {link: k for k, link in enumerate(self.links(robot))}
+        effect_columns = [10 * position[c // 10] + c % 10 for c in columns.tolist()]
+        return np.column_stack([rows, effect_columns]).astype(np.intp)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return torque_entries(robot, signals.q, signals.v, signals.a)[self._own(robot)]
+        return torque_entries(robot, signals.q, signals.v, signals.a)[self._entries(robot)]
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
         links = np.zeros((robot.n, 10))
@@ -60,12 +63,9 @@ class Payload(LinkChange):
     """
 
     name: ClassVar[str] = "payload"
-    signature: ClassVar[str] = "gravity and inertia agree on one mass"
-    rivals: ClassVar[str] = "a torque constant common to all joints; link_inertia of the last link is the same thing"
-
-    def __post_init__(self) -> None:
-        if self.joints is not None:
-            raise InputError("payload sits at the last link; expected no joints setting")
+    scope: ClassVar[Scope] = Scope.WHOLE_ARM
+    signature: ClassVar[str] = "gravity and inertia torques both fit one mass at the last link"
+    mistaken_for: ClassVar[str] = "a torque constant common to all joints: record with a known payload"
 
     def links(self, robot: Robot) -> list[int]:
         return [robot.n - 1]
@@ -80,16 +80,17 @@ class Payload(LinkChange):
 
 @dataclass(frozen=True)
 class LinkInertia(LinkChange):
-    """tau = Y_i theta: a change of link i's ten parameters, i from 1 to n - 1 (``joints`` names the links)."""
+    """tau = Y_i theta: a change of link i's ten parameters, i from 1 to n - 1; ``joints`` gives the links."""
 
     name: ClassVar[str] = "link_inertia"
-    signature: ClassVar[str] = "torque in the rows of this link's joint and those before it"
-    rivals: ClassVar[str] = "other links: compare the subspaces of their columns"
+    scope: ClassVar[Scope] = Scope.LINK
+    signature: ClassVar[str] = "torque on the joint of this link and on the joints before it"
+    mistaken_for: ClassVar[str] = "a change of another link: compare the subspaces of their columns"
 
     def links(self, robot: Robot) -> list[int]:
         links = self.active(robot)
         if self.joints is None and len(links) < 2:
             raise InputError(
-                f"link_inertia: robot {robot.name} has one link, whose change is payload; expected that effect"
+                f"link_inertia: robot {robot.name} has only one link; use payload for a change of the last link"
             )
         return links[:-1] if self.joints is None else links

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from physident.effects.effect import Array, Column, Effect, Shape
+from physident.effects.classification import Family
+from physident.effects.effect import Array, Column, Effect, ShapeParameter
 from physident.effects.friction import smooth_sign
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
+
+NOTICEABLE_WARMING = 1.0  # K: a temperature that changes by less explains nothing
 
 
 @dataclass(frozen=True)
 class WarmUp(Effect):
     """tau_j = (Wc_j sgn v_j + Wv_j v_j) w, with w = exp(-t / T) over a recording's time t, or w = temperature - T0.
 
-    Wc in N m, Wv in N m s/rad: the friction that a cold joint has more; per degC where ``reference_temperature`` T0
-    [degC] is given, which needs a temperature channel. ``time_constant`` T [s]. t starts with each recording and runs on
-    over its gaps. Source: Bittencourt and Gunnarsson, "Static friction in a robot joint - modeling and identification
-    of load and temperature effects" (2012), sec. 4.
+    Wc in N m, Wv in N m s/rad: the additional friction of a cold joint, which fades with ``time_constant`` T [s]. Time
+    starts with each recording and includes its gaps. Where ``reference_temperature`` T0 [degC] is given, Wc and Wv are per
+    degC instead and recordings need a temperature channel. Source: Bittencourt and Gunnarsson, "Static friction in a
+    robot joint - modeling and identification of load and temperature effects" (2012), sec. 4.
     """
 
     time_constant: tuple[float, ...] | None = None
@@ -30,9 +33,10 @@ class WarmUp(Effect):
 
     name: ClassVar[str] = "warm_up"
     unit: ClassVar[str] = "N m, N m s/rad"
-    shapes: ClassVar = (Shape("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
+    family: ClassVar[Family] = Family.FRICTION
+    shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
     signature: ClassVar[str] = "friction drifts slowly"
-    rivals: ClassVar[str] = "a change between sessions: record the same motion again later in the same session"
+    mistaken_for: ClassVar[str] = "a change between sessions: record the same motion again later in the same session"
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         per = "" if self.reference_temperature is None else "/degC"
@@ -43,19 +47,37 @@ class WarmUp(Effect):
             for kind, unit in kinds
         )
 
-    def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        rows = np.repeat(self.active(robot), 2)
-        return np.column_stack([rows, np.arange(len(rows))]).astype(np.intp)
+    @classmethod
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
+        """Time constants up to the longest recording, and the measured temperature where it changes.
+
+        Warming that takes longer than every recording is a constant friction in each of them.
+        """
+        longest = max(float(recording.time[-1] - recording.time[0]) for recording in signals)
+        every = list(super().search_options(robot, joints, signals))
+        options = [effect for effect in every if effect.time_constant and effect.time_constant[0] <= longest] or every[
+            :1
+        ]
+        temperatures = [recording.temperature for recording in signals if recording.temperature is not None]
+        if len(temperatures) == len(signals) and all(is_warming(temperature) for temperature in temperatures):
+            start = float(np.mean([temperature[0].mean() for temperature in temperatures]))
+            options.append(replace(cls(joints), reference_temperature=round(start, 1)))
+        return options
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         active = self.active(robot)
         if self.reference_temperature is None:
-            weight = np.exp(-(signals.time - signals.origin) / self.shape(robot, "time_constant")[:, None])
+            weight = np.exp(-(signals.time - signals.origin) / self.shape_values(robot, "time_constant")[:, None])
         elif signals.temperature is None:
             raise InputError(
-                f"{signals.source}: no temperature channel, which warm_up with a reference temperature needs; expected temperature_1.. [degC] (simulate: sensors with temperature), or a model without it"
+                f"{signals.source} has no temperature channel; warm_up with a reference temperature needs temperature_1.. [degC] (in a simulation: sensors with temperature)"
             )
         else:
             weight = signals.temperature.T[active] - self.reference_temperature
         v = signals.v.T[active]
         return np.stack([weight * smooth_sign(v), weight * v], axis=1).reshape(-1, len(signals.time))
+
+
+def is_warming(temperature: Array) -> bool:
+    """Whether any of the joints' temperatures (N, n) [degC] changes enough to explain a change of friction."""
+    return bool(np.ptp(temperature, axis=0).max() > NOTICEABLE_WARMING)

@@ -1,4 +1,4 @@
-"""Friction of the gears: it grows with the load they carry, and couples joints whose gears share a shaft."""
+"""The gears: friction that grows with their load, friction that couples two joints, and torque ripple."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.effect import Array, Column, Cone, Effect, nonnegative
-from physident.effects.friction import smooth_sign
+from physident.effects.classification import Family, Scope
+from physident.effects.effect import Array, Column, Cone, Effect, ShapeParameter, array_source, nonnegative
+from physident.effects.friction import SMOOTH_SIGN_SOURCE, SMOOTHING, smooth_sign
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -25,13 +26,15 @@ class LoadDependentFriction(Effect):
 
     name: ClassVar[str] = "load_dependent_friction"
     unit: ClassVar[str] = "1"
+    family: ClassVar[Family] = Family.FRICTION
+    label: ClassVar[str] = "load-dependent friction"
     needs_model: ClassVar[bool] = True
-    signature: ClassVar[str] = "grows with load, its sign flips with the velocity"
-    rivals: ClassVar[str] = "torque_constant: has no sgn v"
+    formulas: ClassVar[tuple[str, ...]] = (f"{SMOOTH_SIGN_SOURCE} * np.abs(load)",)
+    signature: ClassVar[str] = "grows with the load and changes sign with the velocity"
+    mistaken_for: ClassVar[str] = "torque_constant: does not change sign with the velocity"
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        active = self.active(robot)
-        return smooth_sign(signals.v.T[active]) * np.abs(signals.from_model("load").T[active])
+        return self.torque_at(robot, signals, np.zeros((0, len(signals.time))), signals.from_model("load"))
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         active = self.active(robot)
@@ -43,7 +46,7 @@ class LoadDependentFriction(Effect):
 
 @dataclass(frozen=True)
 class CoupledFriction(Effect):
-    """tau_j = tau_k = Fc sgn(v_j + v_k) + Fv (v_j + v_k): a motor that turns two joints rubs on both.
+    """tau_j = tau_k = Fc sgn(v_j + v_k) + Fv (v_j + v_k): friction of a motor that turns two joints acts on both.
 
     ``joints`` (j, k) is the pair; None for every pair of neighbours. Fc in N m, Fv in N m s/rad. Source: Gautier and
     Khalil's wrist of the Staubli TX40, "Modeling, Identification and Control of Robots" (2002), sec. 12.
@@ -51,15 +54,18 @@ class CoupledFriction(Effect):
 
     name: ClassVar[str] = "coupled_friction"
     unit: ClassVar[str] = "N m, N m s/rad"
+    family: ClassVar[Family] = Family.FRICTION
+    scope: ClassVar[Scope] = Scope.NEIGHBOURS
     signature: ClassVar[str] = "the residual of one joint follows the motion of another"
-    rivals: ClassVar[str] = "a joint's own friction: move the two joints one at a time"
+    mistaken_for: ClassVar[str] = "friction of one joint alone: move the two joints one at a time"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.joints is not None and len(set(self.joints)) != 2:
             raise InputError(f"coupled_friction: joints are {self.joints}, expected two different ones, (j, k)")
 
     def pairs(self, robot: Robot) -> list[tuple[int, int]]:
-        """The coupled pairs, as indices from 0."""
+        """The coupled pairs, as indices from 0; raises InputError for a robot with one joint."""
         active = self.active(robot)
         if len(active) < 2:
             raise InputError(f"coupled_friction: robot {robot.name} has one joint, expected two that share a motor")
@@ -75,13 +81,66 @@ class CoupledFriction(Effect):
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         pairs = self.pairs(robot)
-        rows = [(row, 2 * p + c) for p, pair in enumerate(pairs) for c in (0, 1) for row in pair]
-        return np.array(rows, dtype=np.intp).reshape(-1, 2)
+        entries = [(row, 2 * p + c) for p, pair in enumerate(pairs) for c in (0, 1) for row in pair]
+        return np.array(entries, dtype=np.intp).reshape(-1, 2)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        rows = []
+        entries = []
         for j, k in self.pairs(robot):
-            together = signals.v[:, j] + signals.v[:, k]
-            dry = smooth_sign(together)
-            rows += [dry, dry, together, together]
-        return np.array(rows).reshape(-1, len(signals.time))
+            motor_velocity = signals.v[:, j] + signals.v[:, k]
+            sign = smooth_sign(motor_velocity)
+            entries += [sign, sign, motor_velocity, motor_velocity]
+        return np.array(entries).reshape(-1, len(signals.time))
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str:
+        """Friction of the summed velocity of each pair, on both joints: a row of P has a one at each joint of a pair."""
+        pairs = self.pairs(robot)
+        selection = np.zeros((len(pairs), robot.n))
+        for row, pair in zip(selection, pairs, strict=True):
+            row[list(pair)] = 1.0
+        P, Fc, Fv = (array_source(x) for x in (selection, *theta.reshape(-1, 2).T))
+        motor_velocity = f"(v @ {P}.T)"
+        return f"({Fc} * np.tanh({motor_velocity} / {SMOOTHING}) + {Fv} * {motor_velocity}) @ {P}"
+
+
+@dataclass(frozen=True)
+class TorqueRipple(Effect):
+    """tau_j = A_j sin(k q_j) + B_j cos(k q_j), k the ``order`` in periods for each turn of the joint; A, B in N m.
+
+    Causes are the cogging of the motor, and the teeth and the wave generator of the gear. The joint's side has whole
+    orders (1 to 40); a motor turns G times as fast, the wave generator of a harmonic drive has two periods a turn: orders
+    G and 2 G. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass.
+    """
+
+    order: tuple[float, ...] | None = None
+
+    name: ClassVar[str] = "torque_ripple"
+    unit: ClassVar[str] = "N m"
+    family: ClassVar[Family] = Family.TRANSMISSION
+    shape_parameters: ClassVar = (ShapeParameter("order", "1", tuple(float(k) for k in range(1, 41)), discrete=True),)
+    formulas: ClassVar[tuple[str, ...]] = ("np.sin({order} * q)", "np.cos({order} * q)")
+    signature: ClassVar[str] = "a line in the order spectrum"
+    mistaken_for: ClassVar[str] = "aliasing: its frequency does not follow k v / 2 pi"
+
+    @classmethod
+    def search_grid(cls, robot: Robot, joints: tuple[int, ...], shape: ShapeParameter) -> tuple[float, ...]:
+        """The grid, with the orders of the motor and of the wave generator where the robot states its gear ratio."""
+        if robot.drives is None:
+            return shape.grid
+        ratio = robot.drives[joints[0] - 1].gear_ratio
+        return (*shape.grid, *(order for order in (ratio, 2 * ratio) if order not in shape.grid))
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return tuple(
+            Column(f"{self.name}_{kind}_{j + 1}", self.unit, j + 1, self.name)
+            for j in self.active(robot)
+            for kind in ("sin", "cos")
+        )
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        angle = self.shape_values(robot, "order")[:, None] * signals.q.T[self.active(robot)]
+        return np.stack([np.sin(angle), np.cos(angle)], axis=1).reshape(-1, len(signals.time))
+
+    def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
+        fastest = np.abs(signals.v[:, self.active(robot)]).max(axis=0, initial=0.0)
+        return float((self.shape_values(robot, "order") * fastest).max(initial=0.0) / (2 * np.pi))

@@ -215,7 +215,7 @@ def _check_physical(estimate: Estimate, r: int) -> None:
 
 
 def _check_shapes(estimate: Estimate) -> None:
-    known = {(effect.name, shape.field) for effect in estimate.model.effects for shape in effect.shapes}
+    known = {(effect.name, shape.field) for effect in estimate.model.effects for shape in effect.shape_parameters}
     for found in estimate.shapes:
         if (found.effect, found.field) not in known or not found.joint <= estimate.model.robot.n:
             raise InputError(

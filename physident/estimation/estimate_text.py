@@ -122,7 +122,7 @@ def _joint_table(estimate: Estimate) -> list[str]:
         rows.append(f"and {len(others) - LISTED} more values in the model file")
     for f in estimate.shapes:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
-        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shapes if shape.field == f.field]
+        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shape_parameters if shape.field == f.field]
         rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at the edge of its search"))
     return rows
 

@@ -176,7 +176,7 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
         hidden = []
         for effect in effects:
             rows = effect.pattern(robot)
-            if not effect.pointwise or effect.shapes:
+            if not effect.pointwise or effect.shape_parameters:
                 continue
             own = effect.name != "rigid_body" and (rows[:, 0] == j).any()
             if own and not np.abs(effect.values(robot, rest)[rows[:, 0] == j]).any():

@@ -62,8 +62,8 @@ class Slopes:
         result = []
         for (index, joint), error in zip(self.places, std, strict=True):
             effect = effects[index]
-            for shape in effect.shapes:
-                value = float(effect.shape(robot, shape.field)[effect.active(robot).index(joint - 1)])
+            for shape in effect.shape_parameters:
+                value = float(effect.shape_values(robot, shape.field)[effect.active(robot).index(joint - 1)])
                 result.append(FoundShape(effect.name, joint, shape.field, value, value * float(error), shape.unit))
         return tuple(result)
 
@@ -82,10 +82,10 @@ def shape_slopes(
     for index, (before, effect) in enumerate(zip(asked, found, strict=True)):
         k = len(effect.columns(robot))
         own, at = theta[at : at + k], at + k
-        for shape in effect.shapes:
+        for shape in effect.shape_parameters:
             if shape.discrete or getattr(before, shape.field) is not None or getattr(effect, shape.field) is None:
                 continue
-            values = np.array(effect.shape(robot, shape.field))
+            values = np.array(effect.shape_values(robot, shape.field))
             for place, joint in enumerate(effect.active(robot)):
                 sides = []
                 for factor in (1 + STEP, 1 - STEP):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
-from physident.effects.effect import Effect, Shape
+from physident.effects.effect import Effect, ShapeParameter
 from physident.estimation.least_squares import solve_step
 from physident.estimation.nearest import nearest_to
 from physident.identifiability.base_parameters import find_base_parameters
@@ -94,13 +94,13 @@ def _best(
     robot: Robot, effect: Effect, before: Effect | None, baseline: Baseline, signals: Sequence[Signals], filter: Filter
 ) -> Effect:
     """The effect on one joint with the shape of the largest gain: on the grid first, then between its neighbours."""
-    (shape,) = [s for s in effect.shapes if getattr(effect, s.field) is None]
+    (shape,) = [s for s in effect.shape_parameters if getattr(effect, s.field) is None]
 
     def gain(value: float) -> float:
         candidate = build_regressor(robot, [_with(effect, shape, value)], signals, filter)
         return baseline.judge(candidate).gain
 
-    grid = np.array(_grid(robot, effect, shape))
+    grid = np.array(effect.search_grid(robot, effect.joints or (), shape))
     if before is not None and not shape.discrete:
         near = getattr(before, shape.field)[0]
         grid = grid[np.argsort(np.abs(np.log(grid / near)))[:3]]
@@ -122,37 +122,29 @@ def _best(
     return _with(effect, shape, value)
 
 
-def _grid(robot: Robot, effect: Effect, shape: Shape) -> tuple[float, ...]:
-    """The shape's grid; ripple also at the orders of the motor and of the wave generator, where the gear is known."""
-    if effect.name != "torque_ripple" or robot.drives is None or effect.joints is None:
-        return shape.grid
-    ratio = robot.drives[effect.joints[0] - 1].gear_ratio
-    return (*shape.grid, ratio, 2 * ratio)
-
-
 def _open(effect: Effect) -> bool:
     """Whether a shape parameter of it is still to be found."""
     by_temperature = getattr(effect, "reference_temperature", None) is not None
-    return not by_temperature and any(getattr(effect, shape.field) is None for shape in effect.shapes)
+    return not by_temperature and any(getattr(effect, shape.field) is None for shape in effect.shape_parameters)
 
 
 def _joints(effect: Effect, robot: Robot) -> list[int]:
     return [j + 1 for j in effect.active(robot)]
 
 
-def _with(effect: Effect, shape: Shape, value: float) -> Effect:
+def _with(effect: Effect, shape: ShapeParameter, value: float) -> Effect:
     return replace(effect, **{shape.field: (value,)})
 
 
 def _moved(before: Effect, now: Effect) -> bool:
-    return any(abs(getattr(now, s.field)[0] / getattr(before, s.field)[0] - 1) > REFINED for s in now.shapes)
+    return any(abs(getattr(now, s.field)[0] / getattr(before, s.field)[0] - 1) > REFINED for s in now.shape_parameters)
 
 
 def _merged(effect: Effect, parts: list[Effect]) -> Effect:
     """One effect over all its joints with the shapes that its parts found."""
     if not parts:
         return effect
-    fields = {s.field: tuple(getattr(part, s.field)[0] for part in parts) for s in effect.shapes}
+    fields = {s.field: tuple(getattr(part, s.field)[0] for part in parts) for s in effect.shape_parameters}
     return replace(effect, **fields)
 
 

@@ -1,4 +1,4 @@
-"""Export: an identified model for others to use, as a URDF, a table of parameters or a Python function.
+"""Export of an identified model as URDF, as a table of parameters, or as a Python function.
 
-Each exporter refuses what its target cannot express. Start with ``urdf.export_urdf``.
+Each exporter raises an error for, or lists, what its format cannot express. Start with ``urdf.export_urdf``.
 """

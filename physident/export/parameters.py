@@ -9,7 +9,6 @@ import numpy as np
 
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import t_quantile
-from physident.export.links import added_inertia
 from physident.files import write_json
 from physident.robots.inertia import about_centre, violations
 
@@ -22,11 +21,11 @@ def export_parameters(estimate: Estimate, path: str | Path) -> None:
 
 
 def parameters_of(estimate: Estimate) -> dict[str, Any]:
-    """Parameters, base parameters, links and what the torque was measured with, as JSON can hold them.
+    """Parameters, base parameters, links, drive gains and recordings, as JSON can hold them.
 
-    ``interval`` [low, high] covers 95 %; null where torques show a parameter only in a sum: that sum is among
-    ``base_parameters``, with its own interval. A physical estimate adds to each the ``share_from_data`` that recordings,
-    not the prior, decided: its interval is worth that much.
+    ``interval`` is the 95 % confidence interval [low, high]. It is null for a parameter that torques determine only as
+    part of a sum; that sum is one of the ``base_parameters``, with an interval. In a physical estimate
+    ``share_from_data`` is the share of a base parameter that the recordings decided, not the prior.
     """
     model = estimate.model
     return {
@@ -67,7 +66,7 @@ def _base_parameters(estimate: Estimate) -> list[dict[str, Any]]:
 
 
 def _uncertain(value: float, std: float, half: float) -> dict[str, Any]:
-    """Value, standard error and the interval of ``half`` standard errors either side."""
+    """Value, standard error and the interval of ``half`` standard errors on either side."""
     known = bool(np.isfinite(std))
     interval = [float(value - half * std), float(value + half * std)] if known else None
     return {"value": float(value), "std": float(std) if known else None, "interval": interval}
@@ -76,7 +75,7 @@ def _uncertain(value: float, std: float, half: float) -> dict[str, Any]:
 def _links(estimate: Estimate) -> list[dict[str, Any]]:
     """Each link's mass, centre of mass and inertia about it, in its joint's frame; null where its mass is not positive."""
     links = []
-    for number, phi in enumerate(added_inertia(estimate.model).links.reshape(-1, 10), 1):
+    for number, phi in enumerate(estimate.model.added_inertia().links.reshape(-1, 10), 1):
         centre, inertia = about_centre(phi) if phi[0] > 0 else (None, None)
         links.append(
             {

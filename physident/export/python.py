@@ -1,37 +1,20 @@
-"""A model as a Python function of its own: one file that needs numpy and nothing else."""
+"""A model as a Python function in one file that needs only numpy."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.effect import Effect
-from physident.effects.friction import SMOOTHING
-from physident.effects.ripple import TorqueRipple
-from physident.effects.transmission import CoupledFriction
+from physident.effects.catalogue import CATALOGUE
+from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
-from physident.export.links import added_inertia, effect_parameters
 from physident.files import write_text
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-SIGN = f"np.tanh(v / {SMOOTHING})"
-FORMULAS: Mapping[str, str] = {  # torque of one unit of each joint's parameter, as the effect's own ``values`` gives it
-    "viscous_friction": "v",
-    "coulomb_friction": "np.tanh(v / {smoothing})",
-    "friction_asymmetry": "np.abs(v)",
-    "stribeck_friction": SIGN + " * np.exp(-((v / {velocity}) ** 2))",
-    "nonlinear_viscous_friction": "np.sign(v) * np.abs(v) ** {exponent}",
-    "load_dependent_friction": SIGN + " * np.abs(load)",
-    "joint_spring": "q",
-    "torque_constant": "motor",
-    "torque_offset": "np.ones_like(v)",
-}
-
 RIGID_BODY = '''
 def rigid_body(q, v, a):
     """Inertial, Coriolis, centrifugal and gravity torques; arguments as in ``torque``."""
@@ -81,9 +64,9 @@ def _out_of(R, x):
 
 
 def export_python(model: Model, path: str | Path) -> None:
-    """Write a Python file with ``torque(q, v, a)`` equal to ``Model.torque``; needs numpy only where it is used.
+    """Write a Python file with a function ``torque(q, v, a)`` that equals ``Model.torque`` and needs only numpy.
 
-    Raises InputError as ``python_of`` does, and for a place that cannot be written.
+    Raises InputError like ``python_of``, and for a path that cannot be written.
     """
     write_text(path, python_of(model))
 
@@ -91,17 +74,19 @@ def export_python(model: Model, path: str | Path) -> None:
 def python_of(model: Model) -> str:
     """Source text of the model's torque as a function of q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2], (n,) or (N, n).
 
-    Raises InputError, naming it, for an effect that has no formula here: one with a memory or a clock, or that moves what the encoders show.
+    Raises InputError for an effect that is not a function of the state: one with memory or time, or one that changes what
+    the encoders show.
     """
     robot = model.robot
-    inertia = added_inertia(model)
-    others = [(effect, theta) for effect, theta in effect_parameters(model) if effect.inertia(robot, theta) is None]
-    _refuse_unknown([effect for effect, _ in others])
-    lines = [f"load = rigid_body(q, v, a) + np.array({inertia.armature.tolist()!r}) * a", "motor = load.copy()"]
-    plant = [pair for pair in others if pair[0].acts_on != "measurement"]
-    lines += [f"motor += {_term(effect, robot, theta)}" for effect, theta in plant]
-    lines.append("tau = motor.copy()")
-    lines += [f"tau += {_term(effect, robot, theta)}" for effect, theta in others if effect.acts_on == "measurement"]
+    inertia = model.added_inertia()
+    plant, measurement = _effect_torques(model)
+    lines = [
+        f"load = rigid_body(q, v, a) + {array_source(inertia.armature)} * a",
+        "motor = load.copy()",
+        *(f"motor += {torque}" for torque in plant),
+        "tau = motor.copy()",
+        *(f"tau += {torque}" for torque in measurement),
+    ]
     constants = _constants(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
     names = ", ".join(robot.joint_names)
     body = "\n    ".join(lines)
@@ -124,65 +109,39 @@ def torque(q, v, a):
 '''
 
 
-def _refuse_unknown(effects: list[Effect]) -> None:
-    known = (*FORMULAS, "torque_ripple", "coupled_friction")
-    unknown = [effect.name for effect in effects if effect.name not in known]
+def _effect_torques(model: Model) -> tuple[list[str], list[str]]:
+    """NumPy expressions for the effects other than inertia: those of the plant, and those of the torque measurement.
+
+    Raises InputError, with the names of all of them, for effects that have no such expression.
+    """
+    plant, measurement, unknown = [], [], []
+    for effect, theta in model.effect_parameters():
+        if effect.inertia(model.robot, theta) is not None:
+            continue
+        source = effect.numpy_source(model.robot, theta)
+        if source is None:
+            unknown.append(effect.name)
+        target = measurement if effect.acts_on == "measurement" else plant
+        target.append(f"{source}  # {effect.name} [{effect.unit}]")
     if unknown:
+        known = [name for name, cls in CATALOGUE.items() if cls.formulas or cls.numpy_source is not Effect.numpy_source]
         raise InputError(
-            f"a function torque(q, v, a) cannot hold {', '.join(unknown)}; expected effects of mass and {', '.join(known)}: identify a model of these with --effects"
+            f"a function torque(q, v, a) cannot express {', '.join(unknown)}; expected effects of inertia and {', '.join(known)}: choose effects with --effects and identify again"
         )
-
-
-def _term(effect: Effect, robot: Robot, theta: Array) -> str:
-    """One effect as an expression: a parameter for each joint times its formula, zero where it does not act."""
-    if isinstance(effect, TorqueRipple):
-        return _ripple(effect, robot, theta)
-    if isinstance(effect, CoupledFriction):
-        return _coupled(effect, robot, theta)
-    active = effect.active(robot)
-    shapes = {shape.field: np.ones(robot.n) for shape in effect.shapes}
-    for name, values in shapes.items():
-        values[active] = effect.shape(robot, name)
-    settings = {key: value for key, value in effect.as_dict().items() if isinstance(value, float)}
-    settings |= {name: f"np.array({values.tolist()!r})" for name, values in shapes.items()}
-    gains = np.zeros(robot.n)
-    gains[active] = theta
-    formula = FORMULAS[effect.name].format(**settings)
-    return f"np.array({gains.tolist()!r}) * {formula}  # {effect.name} [{effect.unit}]"
-
-
-def _ripple(effect: TorqueRipple, robot: Robot, theta: Array) -> str:
-    """Sine and cosine of each joint's angle times its order."""
-    active = effect.active(robot)
-    order, sine, cosine = np.zeros((3, robot.n))
-    order[active] = effect.shape(robot, "order")
-    sine[active], cosine[active] = theta.reshape(-1, 2).T
-    k, A, B = (f"np.array({x.tolist()!r})" for x in (order, sine, cosine))
-    return f"{A} * np.sin({k} * q) + {B} * np.cos({k} * q)  # {effect.name} [{effect.unit}]"
-
-
-def _coupled(effect: CoupledFriction, robot: Robot, theta: Array) -> str:
-    """Friction of the sum of two joints' velocities, on both: a row of ones at each pair."""
-    pairs = effect.pairs(robot)
-    together = np.zeros((len(pairs), robot.n))
-    for row, pair in zip(together, pairs, strict=True):
-        row[list(pair)] = 1.0
-    P, Fc, Fv = (f"np.array({x.tolist()!r})" for x in (together, *theta.reshape(-1, 2).T))
-    w = f"(v @ {P}.T)"
-    return f"({Fc} * np.tanh({w} / {SMOOTHING}) + {Fv} * {w}) @ {P}  # {effect.name} [{effect.unit}]"
+    return plant, measurement
 
 
 def _constants(robot: Robot, links: Array, gravity: Array) -> str:
     rows = [
-        f"    ({j.kind!r}, {j.parent}, np.array({j.axis.tolist()!r}), np.array({j.rotation.tolist()!r}), np.array({j.translation.tolist()!r})),"
+        f"    ({j.kind!r}, {j.parent}, {array_source(j.axis)}, {array_source(j.rotation)}, {array_source(j.translation)}),"
         for j in robot.joints
     ]
     table = "\n".join(f"    {row!r}," for row in links.reshape(robot.n, 10).tolist())
     return "\n".join(
         [
             "",
-            f"GRAVITY = np.array({gravity.tolist()!r})  # m/s^2, in the base frame",
-            "JOINTS = (  # kind, joint before it (-1: base), axis, rotation and translation [m] of its frame in that one's",
+            f"GRAVITY = {array_source(gravity)}  # m/s^2, in the base frame",
+            "JOINTS = (  # kind, parent joint (-1: base), axis, rotation and translation [m] of its frame in the parent's",
             *rows,
             ")",
             "LINKS = np.array([  # m [kg], m c [kg m], Ixx Ixy Iyy Ixz Iyz Izz [kg m^2] about the joint frame's origin",
@@ -195,5 +154,5 @@ def _constants(robot: Robot, links: Array, gravity: Array) -> str:
 
 
 def _plain(text: str) -> str:
-    """A name that cannot end the docstring it stands in."""
+    """A name without the characters that would end the docstring around it."""
     return text.replace("\\", "/").replace('"', "'")

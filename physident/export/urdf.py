@@ -1,4 +1,4 @@
-"""An identified model back into the robot's URDF."""
+"""Writes an identified model into the robot's URDF."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.errors import InputError
-from physident.export.links import added_inertia, effect_parameters
 from physident.export.urdf_edit import Element, edit_urdf, parse_elements
 from physident.files import write_text
 from physident.robots.inertia import about_centre, violations
 from physident.robots.robot import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
-DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # what URDF's <dynamics> means, by effect
-SHOWN = 12  # values of an effect that has no place
+DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # attributes of URDF's <dynamics> by effect
+PRINTED_VALUES = 12  # of an effect that URDF cannot express
 
 
 @dataclass(frozen=True)
 class UrdfExport:
-    """A URDF that holds an identified model, and what it cannot hold.
+    """The URDF ``text`` of an identified model, and what URDF cannot express of it.
 
-    ``links`` (n,) names the link that carries each joint's identified inertia; ``merged`` the links fixed to it, whose
-    inertia is in its; ``inexpressible`` one sentence for each part of the model that a URDF has no place for.
+    ``links`` (n,) names the link that carries the identified inertia of each joint; ``merged`` (n,) names the links fixed
+    to it, whose inertia is now included in that link; ``inexpressible`` has one line for each part of the model that URDF
+    cannot express.
     """
 
     text: str
@@ -35,7 +35,7 @@ class UrdfExport:
     inexpressible: tuple[str, ...]
 
     def __repr__(self) -> str:
-        rows = ["joint  link with the identified inertia   links fixed to it, inertia now in its"]
+        rows = ["joint  link with the identified inertia   links fixed to it, now without inertia"]
         for number, (link, others) in enumerate(zip(self.links, self.merged, strict=True), 1):
             rows.append(f"{number:5d}  {link:<34}  {', '.join(others) or '-'}")
         rows += [f"not expressible in URDF: {text}" for text in self.inexpressible]
@@ -45,32 +45,34 @@ class UrdfExport:
 def export_urdf(model: Model, path: str | Path) -> UrdfExport:
     """Write a model's links, joint damping and friction into its robot's URDF; the rest of the file is kept.
 
-    Raises InputError, naming links, as ``urdf_of`` does, and for a place that cannot be written.
+    Raises InputError like ``urdf_of``, and for a path that cannot be written.
     """
-    made = urdf_of(model)
-    write_text(path, made.text)
-    return made
+    result = urdf_of(model)
+    write_text(path, result.text)
+    return result
 
 
 def urdf_of(model: Model) -> UrdfExport:
-    """The model as URDF: the inertia of all bodies fixed to one joint goes to that joint's child link.
+    """The model as URDF: the inertia of all links that move with a joint goes to that joint's child link.
 
-    The other links of such a lump lose their ``<inertial>``; links fixed to the base keep theirs, which no joint torque
-    shows. Raises InputError for a link that no rigid body can be, naming it and the condition it breaks, and for a model
-    without rigid bodies.
+    The other links fixed to that child link lose their ``<inertial>``. Links fixed to the base keep theirs, because no
+    joint torque depends on it. Raises InputError for a link that is not physical, with its name and the condition that it
+    violates, and for a model without rigid bodies.
     """
     robot = model.robot
     if not any(effect.name == "rigid_body" for effect in model.effects):
-        raise InputError("the model has no rigid_body effect, so no links to write; identify one with it in --effects")
+        raise InputError(
+            "the model has no rigid_body effect, so there are no links to write; identify a model with rigid_body in --effects"
+        )
     root = parse_elements(robot.urdf)
-    child, lumps = _lumps(root)
-    parameters = added_inertia(model).links.reshape(robot.n, 10)
+    child, fixed_together = _fixed_links(root)
+    parameters = model.added_inertia().links.reshape(robot.n, 10)
     links = tuple(child[name] for name in robot.joint_names)
     _refuse_unphysical(parameters, links, robot.joint_names)
     inertials: dict[str, str | None] = {}
     merged = []
     for link, phi in zip(links, parameters, strict=True):
-        others = [other for other in lumps[link] if other != link]
+        others = [other for other in fixed_together[link] if other != link]
         inertials |= dict.fromkeys(others) | {link: _inertial(phi) if phi.any() else None}
         merged.append(tuple(other for other in others if _has_inertial(root, other)))
     dynamics, negative = _dynamics(model)
@@ -78,24 +80,24 @@ def urdf_of(model: Model) -> UrdfExport:
     return UrdfExport(text, links, tuple(merged), (*_inexpressible(model), *negative))
 
 
-def _lumps(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
-    """The child link of each moving joint, and for each such link all links that move with it, itself included."""
-    above = {}
+def _fixed_links(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
+    """The child link of each moving joint, and for each such link all links that are fixed to it, itself included."""
+    parent_of = {}
     child = {}
     for joint in root.find_all("joint"):
         parent, below = (joint.find_all(end)[0].attributes["link"] for end in ("parent", "child"))
         if joint.attributes.get("type") == "fixed":
-            above[below] = parent
+            parent_of[below] = parent
         else:
             child[joint.attributes["name"]] = below
-    lumps: dict[str, list[str]] = {link: [] for link in child.values()}
+    fixed_together: dict[str, list[str]] = {link: [] for link in child.values()}
     for link in (element.attributes["name"] for element in root.find_all("link")):
         top = link
-        while top in above:
-            top = above[top]
-        if top in lumps:
-            lumps[top].append(link)
-    return child, lumps
+        while top in parent_of:
+            top = parent_of[top]
+        if top in fixed_together:
+            fixed_together[top].append(link)
+    return child, fixed_together
 
 
 def _has_inertial(root: Element, name: str) -> bool:
@@ -103,19 +105,19 @@ def _has_inertial(root: Element, name: str) -> bool:
 
 
 def _refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
-    broken = [
-        f"link {i} ({link}, moved by {joint}): {_broken(phi)}"
+    unphysical = [
+        f"link {i} ({link}, moved by {joint}): {_violated_condition(phi)}"
         for i, (phi, link, joint) in enumerate(zip(parameters, links, joints, strict=True), 1)
         if phi.any() and (violations(phi) or phi[0] <= 0)
     ]
-    if broken:
+    if unphysical:
         raise InputError(
-            f"links that no rigid body can be: {'; '.join(broken)}. Torques fix only sums of such parameters: identify with --method physical"
+            f"links that are not physical: {'; '.join(unphysical)}. Torques determine only sums of such parameters; identify with --method physical"
         )
 
 
-def _broken(phi: Array) -> str:
-    """The condition that a link breaks, in few words: several links share one line."""
+def _violated_condition(phi: Array) -> str:
+    """The condition that a link violates, in a few words: several links share one line."""
     if phi[0] <= 0:
         return f"mass {phi[0]:.3g} kg is not positive"
     small, middle, large = np.linalg.eigvalsh(about_centre(phi)[1])
@@ -141,7 +143,7 @@ def _number(value: float) -> str:
 
 
 def _dynamics(model: Model) -> tuple[dict[str, dict[str, str]], list[str]]:
-    """Attributes of each joint's ``<dynamics>``, and a sentence for each value that URDF does not allow."""
+    """Attributes of each joint's ``<dynamics>``, and one line for each value that URDF does not allow."""
     result: dict[str, dict[str, str]] = {}
     negative = []
     for column, value in zip(model.columns, model.theta, strict=True):
@@ -155,11 +157,13 @@ def _dynamics(model: Model) -> tuple[dict[str, dict[str, str]], list[str]]:
 
 def _inexpressible(model: Model) -> list[str]:
     texts = []
-    for effect, theta in effect_parameters(model):
+    for effect, theta in model.effect_parameters():
         added = effect.inertia(model.robot, theta)
         only_links = added is not None and not added.armature.any() and not any(added.gravity)
         if effect.name not in DYNAMICS and (added is None or not only_links):
-            values = ", ".join(f"{value:.4g}" for value in theta[:SHOWN]) + (", ..." if len(theta) > SHOWN else "")
+            values = ", ".join(f"{value:.4g}" for value in theta[:PRINTED_VALUES]) + (
+                ", ..." if len(theta) > PRINTED_VALUES else ""
+            )
             texts.append(f"{effect.name} [{effect.unit}] {values}")
     if tuple(model.robot.gravity) != STANDARD_GRAVITY:
         texts.append(f"gravity {list(model.robot.gravity)} m/s^2 in the base frame: set it in the simulator")

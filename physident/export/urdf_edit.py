@@ -1,4 +1,4 @@
-"""Replacing the inertia of links and the dynamics of joints in a URDF text, every other byte kept as it is."""
+"""Replaces the inertia of links and the dynamics of joints in a URDF text; every other byte stays as it is."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ INDENT = "  "
 
 @dataclass
 class Element:
-    """An element and its place in the encoded text: from ``start`` up to ``stop``, its end tag from ``end`` on.
+    """An element and its position in the encoded text: from ``start`` to ``stop``, with the end tag starting at ``end``.
 
     An element without an end tag (``<link name="tool0"/>``) has ``end`` equal to ``stop``.
     """
@@ -37,7 +37,7 @@ class _Edit:
 
 
 def parse_elements(text: str) -> Element:
-    """The root element of a well-formed XML text, with the place of every element in its UTF-8 encoding."""
+    """The root element of a well-formed XML text, with the position of every element in its UTF-8 encoding."""
     data = text.encode("utf-8")
     parser = expat.ParserCreate("utf-8")
     top = Element("", {}, 0)
@@ -66,10 +66,10 @@ def parse_elements(text: str) -> Element:
 
 
 def edit_urdf(text: str, inertials: Mapping[str, str | None], dynamics: Mapping[str, Mapping[str, str]]) -> str:
-    """The URDF text with other inertia and dynamics.
+    """The URDF text with new inertia and dynamics.
 
-    ``inertials`` gives for a link's name its new ``<inertial>`` element, None to take it out; ``dynamics`` gives for a
-    joint's name the attributes of ``<dynamics>`` to set. Links and joints not named keep every byte.
+    ``inertials`` maps a link's name to its new ``<inertial>`` element, or to None to remove it. ``dynamics`` maps a
+    joint's name to the attributes of ``<dynamics>`` to set. All other links and joints keep every byte.
     """
     data = text.encode("utf-8")
     root = parse_elements(text)
@@ -89,7 +89,7 @@ def edit_urdf(text: str, inertials: Mapping[str, str | None], dynamics: Mapping[
 
 
 def _child_edits(data: bytes, parent: Element, tag: str, new: str | None) -> list[_Edit]:
-    """Edits that leave ``new`` as the only child of its tag, or none."""
+    """Edits after which ``new`` is the only child with its tag; None removes all of them."""
     old = parent.find_all(tag)
     if new is None:
         return [_without_line(data, element) for element in old]
@@ -116,7 +116,7 @@ def _margin(data: bytes, at: int) -> str:
 
 
 def _without_line(data: bytes, element: Element) -> _Edit:
-    """The edit that takes an element out, with its line where it stands alone on it."""
+    """The edit that removes an element, including its line where it is alone on it."""
     start = data.rfind(b"\n", 0, element.start) + 1
     stop = data.find(b"\n", element.stop) + 1
     alone = stop > 0 and not data[start : element.start].strip() and not data[element.stop : stop].strip()

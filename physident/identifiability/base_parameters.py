@@ -87,7 +87,7 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
     Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
-    placed = [effect.anywhere() for effect in effects]
+    placed = [effect.moved_to_start() for effect in effects]
     effects = [effect for effect, _ in placed]
     motion = random_motion(robot, seed, max(STATES, int(RATE * (1 + max(seconds for _, seconds in placed)))))
     if any(effect.needs_model for effect in effects):

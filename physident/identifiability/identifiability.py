@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects
+from physident.effects.classification import Detection
 from physident.effects.effect import Effect
 from physident.identifiability.projection import Baseline
 from physident.identifiability.visibility import VISIBLE
@@ -19,7 +20,6 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 ZERO = 1e-6  # of the effect's largest column: below it a column is rounding
-WHOLE_ARM = ("payload", "gravity_tilt", "time_delay", "contact")
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,12 @@ def measure_identifiability(
     weights = 1 / np.where(size > 0, size, 1.0)
     against = Baseline.of(whole, weights)
     cells = []
-    for name in CATALOGUE:
-        if name == "rigid_body":
+    for name, cls in CATALOGUE.items():
+        if cls.detection is Detection.NEVER:
             continue
         row = []
-        for joints in _places(name, robot.n):
-            candidate = _ready(name, joints)
+        for joints in cls.scope.places(robot.n):
+            candidate = cls.at_grid_middle(joints or None)
             own = [effect for effect in effects if effect.name == name]
             rest = against
             if own:
@@ -87,21 +87,6 @@ def measure_identifiability(
             shown = norm > ZERO * largest > 0
             cells.append(Cell(name, joints, float(shown), share if shown else 0.0, needed))
     return Identifiability(tuple(cells), robot.n, filter.cutoff)
-
-
-def _places(name: str, n: int) -> list[tuple[int, ...]]:
-    """The joints an effect can be on: none for the whole arm, neighbours for coupling, links 1 to n - 1."""
-    if name in WHOLE_ARM:
-        return [()]
-    if name == "coupled_friction":
-        return [(j, j + 1) for j in range(1, n)]
-    return [(j,) for j in range(1, n if name == "link_inertia" else n + 1)]
-
-
-def _ready(name: str, joints: tuple[int, ...]) -> Effect:
-    cls = CATALOGUE[name]
-    shapes = {shape.field: (shape.grid[len(shape.grid) // 2],) for shape in cls.shapes}
-    return cls(joints=joints or None, **shapes)
 
 
 def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], n: int) -> list[Effect]:

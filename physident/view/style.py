@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import Family
+
 FORMATS = (".png", ".pdf", ".svg")
 MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E73"
 # on the viewer's background, which may be black or white: grey where figures have black, and one colour for each model
@@ -37,6 +40,15 @@ EFFECTS = {
     "torque_ripple": "#3CA5B4",
     "time_delay": "#B4D2FF",
 }
+# for effects without a colour of their own
+FAMILIES = {
+    Family.INERTIA: "#8795A0",
+    Family.FRICTION: "#B98A5A",
+    Family.TRANSMISSION: "#7D8F6A",
+    Family.MEASUREMENT: "#5F8F9B",
+    Family.MOUNTING: "#9B7FA0",
+    Family.CONTACT: "#A0A05F",
+}
 SETTINGS: Any = {
     "figure.dpi": 110,
     "font.size": 9,
@@ -51,8 +63,11 @@ SETTINGS: Any = {
 
 
 def effect_colour(name: str) -> str:
-    """The colour "#RRGGBB" of an effect by its name in the catalogue; raises KeyError for one that has none."""
-    return EFFECTS[name]
+    """The colour "#RRGGBB" of an effect by its name in the catalogue, that of its family where it has none.
+
+    Raises KeyError for a name that the catalogue does not have.
+    """
+    return EFFECTS[name] if name in EFFECTS else FAMILIES[CATALOGUE[name].family]
 
 
 def figure(rows: int, columns: int = 1, size: tuple[float, float] = (9.0, 2.0), **options: Any) -> tuple[Any, Any]:

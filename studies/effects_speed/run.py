@@ -25,7 +25,7 @@ def main() -> None:
     seconds: dict[str, float] = {}
     count = 0
     for name, cls in pid.CATALOGUE.items():
-        effect = cls(**{s.field: (s.grid[len(s.grid) // 2],) for s in cls.shapes})
+        effect = cls.at_grid_middle()
         signals = model.refer(motion)
         count += len(effect.columns(robot))
         best = float("inf")

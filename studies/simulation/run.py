@@ -22,9 +22,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep
 
 import physident as pid
-from physident.effects.drive import RotorInertia
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody
+from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.simulation.controllers import PD, ComputedTorque, Released
 from physident.simulation.integrate import integrate
 from physident.simulation.plant import Instants, Plant

@@ -1,4 +1,4 @@
-"""What a diagnosis may name: every effect of the catalogue on every joint, at every shape of its grid; and placebos."""
+"""Candidates: every effect of the catalogue at every place on the arm, with every value of its shape; and placebos."""
 
 from __future__ import annotations
 
@@ -11,18 +11,11 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.catalogue import CATALOGUE
-from physident.effects.effect import Effect, Shape
+from physident.effects.classification import Detection
+from physident.effects.effect import Effect
 from physident.recordings.signals import Signals
-from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-WHOLE_ARM = ("payload", "gravity_tilt", "time_delay", "contact")
-NOT_JOINT_BY_JOINT = ("rigid_body", "contact")  # its changes are payload and link_inertia; contact is scanned for
-FRICTION = (
-    "viscous_friction", "coulomb_friction", "friction_asymmetry", "stribeck_friction", "nonlinear_viscous_friction",
-    "load_dependent_friction", "presliding_hysteresis", "warm_up", "coupled_friction",
-)  # fmt: skip
-WARMED = 1.0  # K: a temperature that changes by less explains nothing
 PLACEBOS = ("placebo_reversed", "placebo_random")
 
 
@@ -44,8 +37,8 @@ class Candidate:
 
     @property
     def placebo(self) -> bool:
-        """Whether it is a column that cannot be a cause, there to test the gate."""
-        return self.name in PLACEBOS
+        """Whether it is a column that cannot be a cause."""
+        return False
 
     @property
     def size(self) -> int:
@@ -56,6 +49,15 @@ class Candidate:
     def key(self) -> tuple[str, tuple[int, ...]]:
         """Name and joints, which no two candidates share."""
         return self.name, self.joints
+
+
+class PlaceboCandidate(Candidate):
+    """A column that no arm can have, scored like every candidate as a check of the thresholds."""
+
+    @property
+    def placebo(self) -> bool:
+        """Whether it is a column that cannot be a cause."""
+        return True
 
 
 @dataclass(frozen=True)
@@ -69,71 +71,36 @@ class AcceptedEffect:
 def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[str, tuple[int, ...], list[Effect]]]:
     """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain."""
     found = []
-    for name in CATALOGUE:
-        if name in NOT_JOINT_BY_JOINT:
+    for name, cls in CATALOGUE.items():
+        if cls.detection is not Detection.BY_PLACE:
             continue
-        for joints in places(name, model.robot.n):
-            own = _own(model, name, joints)
-            found.append((name, joints, [own] if own is not None else _shaped(model.robot, name, joints, signals)))
+        for joints in cls.scope.places(model.robot.n):
+            present = _in_model(model, name, joints)
+            options = cls.search_options(model.robot, joints, signals) if present is None else [present]
+            found.append((name, joints, options))
     return found
 
 
-def places(name: str, n: int) -> list[tuple[int, ...]]:
-    """The joints an effect can be on: none for the whole arm, neighbours for coupling, links 1 to n - 1."""
-    if name in WHOLE_ARM:
-        return [()]
-    if name == "coupled_friction":
-        return [(j, j + 1) for j in range(1, n)]
-    return [(j,) for j in range(1, n if name == "link_inertia" else n + 1)]
-
-
-def grid(robot: Robot, name: str, joints: tuple[int, ...], shape: Shape) -> tuple[float, ...]:
-    """The shape's grid; ripple also at the orders of the motor and of the wave generator, where the gear is known."""
-    if name != "torque_ripple" or robot.drives is None:
-        return shape.grid
-    ratio = robot.drives[joints[0] - 1].gear_ratio
-    return (*shape.grid, *(k for k in (ratio, 2 * ratio) if k not in shape.grid))
-
-
-def _own(model: Model, name: str, joints: tuple[int, ...]) -> Effect | None:
-    """The model's own effect of that name, on these joints alone: then the candidate is a change of its value."""
+def _in_model(model: Model, name: str, joints: tuple[int, ...]) -> Effect | None:
+    """The effect of that name in the model, on these joints alone: the candidate is then a change of its value."""
     for effect in model.effects:
         if effect.name != name:
             continue
-        if not joints or name == "coupled_friction":
+        if len(joints) != 1:
             if effect.joints in (None, joints):
                 return effect if not joints else replace(effect, joints=joints)
             continue
         active = effect.active(model.robot)
         if joints[0] - 1 not in active:
             continue
-        at = active.index(joints[0] - 1)
-        one = {
-            s.field: (values[at] if len(values) > 1 else values[0],)
-            for s in effect.shapes
-            if (values := getattr(effect, s.field)) is not None
+        index = active.index(joints[0] - 1)
+        shapes = {
+            shape.field: (values[index] if len(values) > 1 else values[0],)
+            for shape in effect.shape_parameters
+            if (values := getattr(effect, shape.field)) is not None
         }
-        return replace(effect, joints=joints, **one)
+        return replace(effect, joints=joints, **shapes)
     return None
-
-
-def _shaped(robot: Robot, name: str, joints: tuple[int, ...], signals: Sequence[Signals]) -> list[Effect]:
-    """The effect at every shape of its grid; warm-up also by measured temperature."""
-    cls = CATALOGUE[name]
-    where = joints or None
-    if not cls.shapes:
-        return [cls(joints=where)]
-    (shape,) = cls.shapes
-    values = grid(robot, name, joints, shape)
-    if name == "warm_up":  # what takes longer than a recording is, in it, another constant value of friction
-        longest = max(float(one.time[-1] - one.time[0]) for one in signals)
-        values = tuple(value for value in values if value <= longest) or values[:1]
-    effects = [cls(joints=where, **{shape.field: (value,)}) for value in values]
-    warmth = [one.temperature for one in signals]
-    if name == "warm_up" and all(w is not None and np.ptp(w, axis=0).max() > WARMED for w in warmth):
-        start = float(np.mean([w[0].mean() for w in warmth if w is not None]))
-        effects.append(replace(cls(joints=where), reference_temperature=round(start, 1)))
-    return effects
 
 
 def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, list[Candidate]]:
@@ -150,10 +117,12 @@ def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, list[Cand
         backward = np.concatenate(
             [forward[regressor.segment == s][::-1] for s in np.unique(regressor.segment)]
         )  # segments are consecutive
-        own = (p + 2 * j, p + 2 * j + 1)
+        places = (p + 2 * j, p + 2 * j + 1)
         values = np.column_stack([rows.values, backward, noise[:, j]]) * 1.0
         values[~regressor.counted[:, j]] = 0.0
-        joints.append(JointRows(np.append(rows.columns, own), values))
-        placebos += [Candidate(name, (j + 1,), (Option(None, (at,)),)) for name, at in zip(PLACEBOS, own, strict=True)]
+        joints.append(JointRows(np.append(rows.columns, places), values))
+        placebos += [
+            PlaceboCandidate(name, (j + 1,), (Option(None, (at,)),)) for name, at in zip(PLACEBOS, places, strict=True)
+        ]
     dummy = regressor.columns[-1]
     return replace(regressor, columns=regressor.columns + (dummy,) * (2 * n), joints=tuple(joints)), placebos

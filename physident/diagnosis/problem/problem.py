@@ -19,7 +19,8 @@ from physident.diagnosis.problem.search_data import SearchData
 from physident.diagnosis.problem.sign_nuisance import SignByPosition
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
-from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS
+from physident.effects.catalogue import DEFAULT_EFFECTS
+from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
@@ -64,7 +65,8 @@ class DiagnosisProblem:
 
     def is_friction_of_resting_joint(self, candidate: Candidate) -> bool:
         """Whether a candidate is the friction of a joint that no recording moves."""
-        is_friction = not candidate.placebo and CATALOGUE[candidate.name].is_friction
+        effect = candidate.options[0].effect
+        is_friction = effect is not None and effect.family is Family.FRICTION
         return is_friction and self.resting_joints.issuperset(candidate.joints)
 
     @cached_property

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from physident.diagnosis.problem.candidates import WARMED
 from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.dynamics.model import Model
+from physident.effects.thermal import is_warming
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.recordings.checks import refuse_twice
@@ -50,7 +50,7 @@ def check_holdout(
 
 def _refuse_without_temperature(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
     """Friction that falls with a measured temperature may be found: the holdout is then scored with its own."""
-    if not all(r.temperature is not None and np.ptp(r.temperature, axis=0).max() > WARMED for r in recordings):
+    if not all(r.temperature is not None and is_warming(r.temperature) for r in recordings):
         return
     for one in holdout:
         if one.temperature is None:

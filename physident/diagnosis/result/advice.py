@@ -18,7 +18,7 @@ def advice(question: Question, name: str, joints: Sequence[int], rivals: Sequenc
 def separation_advice(question: Question, name: str, joints: Sequence[int], other: Rival) -> str:
     """What separates an effect on some joints from another one: its signature's words where the catalogue has them, and the
     command that designs the motion."""
-    signatures = ((other.effect, CATALOGUE[name].rivals), (name, CATALOGUE[other.effect].rivals))
+    signatures = ((other.effect, CATALOGUE[name].mistaken_for), (name, CATALOGUE[other.effect].mistaken_for))
     words = [f"{text}. " for rival, text in signatures if rival in text][:1]
     common = [j for j in joints if j in other.joints]
     joint = f" --joint {common[0]}" if common else ""

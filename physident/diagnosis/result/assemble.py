@@ -17,12 +17,12 @@ from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.diagnosis.statistics.left_out_residuals import block_costs
+from physident.effects.catalogue import effect_scope
 
 Array = NDArray[np.float64]
 SCALED = (
     "Found from currents: the mass scales with the drive gains; physident drive-gains finds them with a known load."
 )
-ONE_BY_ONE = ("coupled_friction", "link_inertia")  # each pair or link is a finding by itself
 
 
 def make_findings(
@@ -35,7 +35,7 @@ def make_findings(
     groups: dict[object, list[RivalCheck]] = {}
     for check in checks:
         name = check.accepted.candidate.name
-        key = check.accepted.candidate.key if name in ONE_BY_ONE else name
+        key = name if effect_scope(name).joins_joints else check.accepted.candidate.key
         groups.setdefault((key, getattr(check.accepted.effect, "recording", "")), []).append(check)
     found = [_finding(hypothesis, group, uncertainty, from_currents) for group in groups.values()]
     return tuple(sorted(found, key=lambda finding: -finding.evidence))
@@ -70,7 +70,7 @@ def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
     """Rivals of one name joined over joints."""
     found: dict[tuple[str, tuple[int, ...]], set[int]] = {}
     for name, joints in keys:
-        found.setdefault((name, joints if name in ONE_BY_ONE else ()), set()).update(joints)
+        found.setdefault((name, () if effect_scope(name).joins_joints else joints), set()).update(joints)
     return tuple(Rival(name, tuple(sorted(joints))) for (name, _), joints in found.items())
 
 

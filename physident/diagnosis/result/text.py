@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
+from physident.effects.catalogue import effect_scope
 
 ASKED = {
     "missing": "what is missing from the model",
@@ -59,8 +60,7 @@ def _answer(d: DiagnosisRecord) -> str:
 def _named(effect: str, joints: Sequence[int]) -> str:
     if not joints:
         return effect
-    word = "link" if effect == "link_inertia" else "joint"
-    return f"{effect} ({word}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+    return f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
 
 
 def _levels(d: DiagnosisRecord) -> list[str]:

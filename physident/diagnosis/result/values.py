@@ -47,7 +47,7 @@ def parameter_values(
 def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:
     """The shapes that were searched; they are searched, and known, by their logarithm."""
     effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
-    for shape in effect.shapes:
+    for shape in effect.shape_parameters:
         if getattr(effect, shape.field) is None:
             continue
         value, error = float(getattr(effect, shape.field)[0]), uncertainty.shapes.get(accepted.candidate.key, 0.0)

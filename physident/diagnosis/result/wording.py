@@ -6,13 +6,8 @@ from collections.abc import Sequence
 
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import Finding, Verdict
-from physident.effects.catalogue import CATALOGUE
+from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
-SPELT = {
-    "load_dependent_friction": "load-dependent friction",
-    "coulomb_friction": "Coulomb friction",
-    "stribeck_friction": "Stribeck friction",
-}
 FOUND = {
     "missing": "The model lacks",
     "different": "Since the model was identified, this has changed:",
@@ -32,25 +27,20 @@ REMAINS: dict[Verdict, str] = {
 NAMED = 6  # causes in a sentence
 
 
-def effect_words(name: str) -> str:
-    """An effect's public name as words: ``torque_offset`` is "torque offset"."""
-    return SPELT.get(name, name.replace("_", " "))
-
-
 def in_words(text: str) -> str:
     """A text with the public names of effects in it as words, but for those of a command."""
     text, command, rest = text.partition("physident ")
     for name in sorted(CATALOGUE, key=len, reverse=True):
-        text = text.replace(name, effect_words(name))
+        text = text.replace(name, effect_label(name))
     return text + command + rest
 
 
 def cause(effect: str, joints: Sequence[int]) -> str:
     """An effect and where it acts: "payload", "Coulomb friction on joints 2 and 3", "link inertia of link 4"."""
     if not joints:
-        return effect_words(effect)
-    word, way = ("link", "of") if effect == "link_inertia" else ("joint", "on")
-    return f"{effect_words(effect)} {way} {word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+        return effect_label(effect)
+    noun = effect_scope(effect).noun
+    return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
 def numbered(joints: Sequence[int]) -> str:

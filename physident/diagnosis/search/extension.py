@@ -59,7 +59,7 @@ def _merged(effects: Sequence[Effect]) -> list[Effect]:
     groups: dict[tuple, list[Effect]] = {}
     for effect in effects:
         single = effect.joints is not None and len(effect.joints) == 1
-        fields = {s.field for s in effect.shapes}
+        fields = {s.field for s in effect.shape_parameters}
         rest = {k: v for k, v in vars(effect).items() if k != "joints" and k not in fields}
         unset = tuple(f for f in sorted(fields) if getattr(effect, f) is None)
         key = (effect.name, single or effect.joints, unset, *sorted((k, repr(v)) for k, v in rest.items()))
@@ -73,7 +73,7 @@ def _merged(effects: Sequence[Effect]) -> list[Effect]:
             continue
         fields = {
             s.field: tuple(getattr(e, s.field)[0] for e in group)
-            for s in first.shapes
+            for s in first.shape_parameters
             if getattr(first, s.field) is not None
         }
         result.append(replace(first, joints=tuple(e.joints[0] for e in group if e.joints), **fields))

@@ -24,7 +24,7 @@ def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
     found = [evaluator.gain(hypothesis.data.columns(option.columns)) for option in candidate.options]
     top = int(np.argmax(found))
     best = effects[top]
-    shape = next((s for s in best.shapes if getattr(best, s.field) is not None), None)
+    shape = next((s for s in best.shape_parameters if getattr(best, s.field) is not None), None)
     if len(effects) == 1 or shape is None or shape.discrete:
         return best
     from scipy.optimize import minimize_scalar

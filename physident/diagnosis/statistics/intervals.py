@@ -73,7 +73,7 @@ def _field(accepted: AcceptedEffect) -> str | None:
     """The field of the shape that was searched for, or None."""
     if len(accepted.candidate.options) == 1:
         return None
-    for shape in accepted.effect.shapes:
+    for shape in accepted.effect.shape_parameters:
         if getattr(accepted.effect, shape.field) is not None and not shape.discrete:
             return shape.field
     return None

@@ -120,7 +120,7 @@ def identify_drive_gains(
         raise InputError(
             f"drive gains cannot be found beside {', '.join(bent)}, which depend on the torque itself; expected other effects"
         )
-    if sought := [f"{e.name} ({s.field})" for e in made for s in e.shapes if getattr(e, s.field) is None]:
+    if sought := [f"{e.name} ({s.field})" for e in made for s in e.shape_parameters if getattr(e, s.field) is None]:
         raise InputError(
             f"drive gains cannot be found beside {', '.join(sought)}, whose shape would have to be sought along; expected other effects"
         )

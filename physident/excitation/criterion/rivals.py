@@ -8,7 +8,9 @@ import numpy as np
 
 from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
+from physident.effects.payload import LinkChange
 from physident.errors import InputError
 from physident.excitation.criterion.separation import Separation, Term
 from physident.excitation.task import Task, sized
@@ -16,12 +18,6 @@ from physident.identifiability.base_parameters import find_base_parameters
 from physident.robots.robot import Robot
 
 SHAPES = 3  # of an effect's grid: its quarters
-WHOLE_ARM = ("payload", "gravity_tilt", "time_delay")
-LINKS = ("payload", "link_inertia")
-UNTOLD = (
-    "rigid_body",
-    "contact",
-)  # a robot's own links are payload and link_inertia; a contact is not a motion's matter
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +34,7 @@ class Rivals:
     @property
     def held(self) -> bool:
         """A change of a link lies inside a rigid body that is refitted: only beside a model that stays does it show."""
-        return any(name in LINKS for name in (self.a, self.b))
+        return any(issubclass(CATALOGUE[name], LinkChange) for name in (self.a, self.b))
 
     @property
     def refitted(self) -> tuple[Effect, ...]:
@@ -48,23 +44,23 @@ class Rivals:
     def on(self, name: str, joint: int) -> list[Effect]:
         """The options of one of the two on one joint."""
         every = self.options[0] if name == self.a else self.options[1]
-        if name in WHOLE_ARM:
+        if CATALOGUE[name].scope is Scope.WHOLE_ARM:
             return list(every)
-        where = (joint, joint + 1) if name == "coupled_friction" else (joint,)
-        return [replace(effect, joints=where, **_shape_at(effect, joint)) for effect in every]
+        place = _place(name, joint, self.without.robot.n)
+        return [replace(effect, joints=place, **_shape_at(effect, joint)) for effect in every]
 
 
 def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
     """The rivals on one joint, or on every joint where both can be. Raises InputError for an effect that is unknown or no
     matter of a motion, for one and the same, and for a joint that one of them cannot be on."""
     for name in (a, b):
-        if name not in CATALOGUE or name in UNTOLD:
-            known = ", ".join(one for one in CATALOGUE if one not in UNTOLD)
+        if name not in CATALOGUE or CATALOGUE[name].detection is not Detection.BY_PLACE:
+            known = ", ".join(known for known, cls in CATALOGUE.items() if cls.detection is Detection.BY_PLACE)
             raise InputError(f"effect {name!r} cannot be told apart by a motion, expected one of {known}")
     if a == b:
         raise InputError(f"effect {a!r} was given twice, expected two rivals")
     n = model.robot.n
-    can = [j for j in range(1, n + 1) if all(j <= _last(name, n) for name in (a, b))]
+    can = [j for j in range(1, n + 1) if all(_place(name, j, n) is not None for name in (a, b))]
     if not can:
         raise InputError(
             f"robot {model.robot.name} has no joint for {a} beside {b}, expected rivals that need fewer joints"
@@ -89,7 +85,7 @@ def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
         for effect in options:
             columns = effect.columns(robot)
             for joint in rivals.joints:
-                whole = effect.name in WHOLE_ARM
+                whole = effect.scope is Scope.WHOLE_ARM
                 own = tuple(at + k for k, c in enumerate(columns) if whole or c.joint == joint)
                 place.setdefault(joint, []).append(own)
             at += len(columns)
@@ -106,23 +102,23 @@ def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
     return sized(plain), Separation(len(independent), tuple(terms))
 
 
-def _last(name: str, n: int) -> int:
-    return n - 1 if name in ("coupled_friction", "link_inertia") else n
+def _place(name: str, joint: int, n: int) -> tuple[int, ...] | None:
+    """The place of an effect that begins at a joint (from 1) of n, the whole arm for any joint; None where it has none."""
+    return next((place for place in CATALOGUE[name].scope.places(n) if place[:1] in ((), (joint,))), None)
 
 
 def _options(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect, ...]:
     """The effect on its joints: as the model has it, or at some shapes of its grid."""
     cls = CATALOGUE[name]
-    where = None if name in WHOLE_ARM else joints
-    if name == "coupled_friction":
-        made = [cls(joints=(j, j + 1)) for j in joints]
-        return tuple(made)
+    where = None if cls.scope is Scope.WHOLE_ARM else joints
+    if cls.scope is Scope.NEIGHBOURS:
+        return tuple(cls(joints=_place(name, joint, model.robot.n)) for joint in joints)
     own = [effect for effect in model.effects if effect.name == name]
-    if own and not cls.shapes:
+    if own and not cls.shape_parameters:
         return (replace(own[0], joints=where),)
-    if not cls.shapes:
+    if not cls.shape_parameters:
         return (cls(joints=where),)
-    (shape,) = cls.shapes
+    (shape,) = cls.shape_parameters
     quarters = [shape.grid[round(k * (len(shape.grid) - 1) / (SHAPES + 1))] for k in range(1, SHAPES + 1)]
     return tuple(cls(joints=where, **{shape.field: (value,) * len(joints)}) for value in quarters)
 
@@ -130,7 +126,7 @@ def _options(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect, 
 def _shape_at(effect: Effect, joint: int) -> dict[str, tuple[float, ...]]:
     """The shape values of one of an effect's joints."""
     own = effect.joints or ()
-    values = {shape.field: getattr(effect, shape.field) for shape in effect.shapes}
+    values = {shape.field: getattr(effect, shape.field) for shape in effect.shape_parameters}
     at = own.index(joint) if joint in own else 0
     return {field: (v[at] if len(v) > 1 else v[0],) for field, v in values.items() if v is not None}
 
@@ -147,10 +143,10 @@ def _without(model: Model, names: tuple[str, str], joints: tuple[int, ...]) -> M
             theta.append(own)
             continue
         left = [j for j in (effect.joints or range(1, robot.n + 1)) if j not in joints]
-        if left and effect.name not in WHOLE_ARM:
+        if left and effect.scope is not Scope.WHOLE_ARM:
             shapes = {
                 s.field: tuple(_shape_at(effect, j)[s.field][0] for j in left)
-                for s in effect.shapes
+                for s in effect.shape_parameters
                 if getattr(effect, s.field)
             }
             effects.append(replace(effect, joints=tuple(left), **shapes))

@@ -59,7 +59,7 @@ class Workspace:
             columns = effect.columns(robot)
             theta = self.model.theta[at : at + len(columns)]
             at += len(columns)
-            if effect.name == "torque_offset" or effect.inertia(robot, theta) is not None:
+            if effect.inertia(robot, theta) is not None:
                 continue
             for k, column in enumerate(columns):
                 limit = robot.velocity_limit[column.joint - 1]

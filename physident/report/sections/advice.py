@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from physident.diagnosis.result.advice import separation_advice
 from physident.diagnosis.result.findings import Finding, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, effect_words, in_words, listed, numbered
+from physident.diagnosis.result.wording import cause, in_words, listed, numbered
+from physident.effects.catalogue import effect_label
 from physident.report.markup import Markup, tag
 from physident.report.sections.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
 
@@ -63,7 +64,7 @@ def _holdout(c: DiagnosisRecord) -> list[str]:
 
 def _vague(c: DiagnosisRecord) -> list[str]:
     wide = [
-        f"{effect_words(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
+        f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
         for f in c.findings
         for v in f.parameters
         if v.interval95[0] < 0 < v.interval95[1]
@@ -100,7 +101,7 @@ def _unseen(c: DiagnosisRecord) -> list[str]:
     # of a joint about a vertical axis no motion shows the zero
     if still := [name for name in reasons.get(NONE_OF_ITS_OWN, {}) if name != "joint_zero_offset"]:
         items.append(
-            f"Motions that bring out {listed([effect_words(name) for name in still])}: here they showed no torque of their own."
+            f"Motions that bring out {listed([effect_label(name) for name in still])}: here they showed no torque of their own."
         )
     if IN_MODEL in reasons:
         items.append(

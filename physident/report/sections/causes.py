@@ -6,8 +6,8 @@ import inspect
 
 from physident.diagnosis.result.findings import Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, effect_words, listed
-from physident.effects.catalogue import CATALOGUE
+from physident.diagnosis.result.wording import cause, listed
+from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import number, percent, quantity
 from physident.view.figures.residual import torque_units
@@ -72,7 +72,7 @@ def _parameters(f: Finding) -> list[Markup]:
 
 def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
     low, high = v.interval95
-    name = effect_words(v.name) if v.name == f.effect else v.name
+    name = effect_label(v.name) if v.name == f.effect else v.name
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
     row = [name, *([str(v.joint)] if f.joints else []), quantity(v.value, v.unit), interval]
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row

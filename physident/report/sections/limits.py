@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import effect_words, numbered
+from physident.diagnosis.result.wording import numbered
+from physident.effects.catalogue import effect_label, effect_scope
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
 from physident.view.figures.residual import torque_units
@@ -40,7 +41,7 @@ def _unseen(c: DiagnosisRecord) -> list[Markup]:
             tag("p", "For these the honest answer is “cannot tell here”: neither present nor absent is proved.")
         )
     for reason, effects in by_reason(c).items():
-        rows = [[effect_words(name), _where(name, joints, c)] for name, joints in effects.items()]
+        rows = [[effect_label(name), _where(name, joints, c)] for name, joints in effects.items()]
         parts += [
             tag("h3", f"{reason[0].upper()}{reason[1:]}" if reason else "No reason given"),
             _grid(rows),
@@ -56,7 +57,7 @@ def _grid(rows: list[list[str]]) -> Markup:
 def _where(name: str, joints: list[int], c: DiagnosisRecord) -> str:
     if not joints:
         return "the whole arm"
-    word = "link" if name == "link_inertia" else "joint"
+    word = effect_scope(name).noun
     every = len(joints) == c.model.robot.n > 1
     return f"every {word}" if every else f"{word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 

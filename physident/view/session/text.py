@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import REMAINS, cause, effect_words, headline, listed
+from physident.diagnosis.result.wording import REMAINS, cause, headline, listed
+from physident.effects.catalogue import effect_label
 from physident.robots.robot import Robot
 from physident.view.session.data import SessionData, spans
 
@@ -66,7 +67,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     ]
     for v in finding.parameters[:MAX_ROWS]:
         interval = f"{v.interval95[0]:.3g} to {v.interval95[1]:.3g}"
-        lines.append(_row([effect_words(v.name), str(v.joint or ""), f"{v.value:.4g}", interval, v.unit]))
+        lines.append(_row([effect_label(v.name), str(v.joint or ""), f"{v.value:.4g}", interval, v.unit]))
     if len(finding.parameters) > MAX_ROWS:
         lines.append(_row([f"and {len(finding.parameters) - MAX_ROWS} more", "", "", "", ""]))
     lines.append("")

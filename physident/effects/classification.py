@@ -1,0 +1,54 @@
+"""How an effect is classified: its family, where on an arm it can act, and how a diagnosis searches for it."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Family(Enum):
+    """The part of the physics that an effect belongs to."""
+
+    INERTIA = "inertia"
+    FRICTION = "friction"
+    TRANSMISSION = "transmission"
+    MEASUREMENT = "measurement"
+    MOUNTING = "mounting"
+    CONTACT = "contact"
+
+
+class Scope(Enum):
+    """Where an effect can act: on any single joint, on a pair of neighbouring joints, on a link, or on the whole arm."""
+
+    JOINT = "joint"
+    NEIGHBOURS = "pair of neighbouring joints"
+    LINK = "link"
+    WHOLE_ARM = "whole arm"
+
+    def places(self, n: int) -> list[tuple[int, ...]]:
+        """The places where the effect can act on an arm of n joints, each as joint numbers (from 1).
+
+        The whole arm is one place without numbers. Links go from 1 to n - 1: a change of the last link is a payload.
+        """
+        if self is Scope.WHOLE_ARM:
+            return [()]
+        if self is Scope.NEIGHBOURS:
+            return [(joint, joint + 1) for joint in range(1, n)]
+        return [(joint,) for joint in range(1, n if self is Scope.LINK else n + 1)]
+
+    @property
+    def joins_joints(self) -> bool:
+        """Whether the same effect on several joints is one finding; each pair and each link is a cause by itself."""
+        return self in (Scope.JOINT, Scope.WHOLE_ARM)
+
+    @property
+    def noun(self) -> str:
+        """What the effect's joint numbers count: "link" or "joint"."""
+        return "link" if self is Scope.LINK else "joint"
+
+
+class Detection(Enum):
+    """How a diagnosis searches for an effect: at each of its places, in windows of time, or not at all."""
+
+    BY_PLACE = "at each of its places"
+    BY_TIME = "in windows of time"
+    NEVER = "never, because other effects describe its changes"

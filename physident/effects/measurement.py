@@ -1,0 +1,85 @@
+"""Errors of the torque measurement: a wrong torque constant, a constant offset, a late clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.classification import Family, Scope
+from physident.effects.effect import Array, Column, Effect, every_joint_pattern
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class TorqueConstant(Effect):
+    """tau_j = (1 + k_j) tau_m_j: the measured torque of a joint is scaled by a wrong gain; k has no unit.
+
+    tau_m is the model's torque without measurement effects. A common k on all joints is invisible without a known mass.
+    """
+
+    name: ClassVar[str] = "torque_constant"
+    unit: ClassVar[str] = "1"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    acts_on: ClassVar = "measurement"
+    needs_model: ClassVar[bool] = True
+    formulas: ClassVar[tuple[str, ...]] = ("motor",)
+    signature: ClassVar[str] = "the whole torque of one joint is scaled"
+    mistaken_for: ClassVar[str] = "a wrong mass: it changes the torque of several joints"
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return signals.from_model("motor").T[self.active(robot)]
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        assert signals.torque is not None
+        scale = np.ones(robot.n)
+        scale[self.active(robot)] += theta
+        return replace(signals, torque=signals.torque * scale)
+
+
+@dataclass(frozen=True)
+class TorqueOffset(Effect):
+    """tau_j = c_j: a constant offset of the measured torque of a joint, in N m."""
+
+    name: ClassVar[str] = "torque_offset"
+    unit: ClassVar[str] = "N m"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    acts_on: ClassVar = "measurement"
+    formulas: ClassVar[tuple[str, ...]] = ("np.ones_like(v)",)
+    signature: ClassVar[str] = "constant at any speed"
+    mistaken_for: ClassVar[str] = "friction_asymmetry: move at two speeds in both directions"
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return np.ones((len(self.active(robot)), len(signals.time)))
+
+
+@dataclass(frozen=True)
+class TimeDelay(Effect):
+    """tau(t) = tau_m(t - d), to first order -d dtau_m/dt, one d for all joints; d in s, positive where torque is late."""
+
+    name: ClassVar[str] = "time_delay"
+    unit: ClassVar[str] = "s"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    scope: ClassVar[Scope] = Scope.WHOLE_ARM
+    acts_on: ClassVar = "measurement"
+    pointwise: ClassVar[bool] = False
+    needs_model: ClassVar[bool] = True
+    signature: ClassVar[str] = "the same delay in every joint"
+    mistaken_for: ClassVar[str] = "joint_elasticity: its delay grows with the inertia behind the joint"
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return (Column(self.name, self.unit, 1, self.name),)
+
+    def pattern(self, robot: Robot) -> NDArray[np.intp]:
+        return every_joint_pattern(robot.n, 1)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return -np.gradient(signals.from_model("motor"), 1 / signals.rate, axis=0).T
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        assert signals.torque is not None
+        late = signals.time - theta[0]
+        return replace(signals, torque=np.column_stack([np.interp(late, signals.time, x) for x in signals.torque.T]))
