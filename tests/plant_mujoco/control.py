@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco as mj
 import numpy as np
@@ -46,7 +47,7 @@ def control(arm: ArmTruth, plan: tuple[Array, Array, Array]) -> Control:
     return Control(stiffness, damping, needed + stiffness * q + damping * v)
 
 
-def rigid_torque(model: mj.MjModel, data: mj.MjData, q: Array, v: Array, a: Array) -> Array:
+def rigid_torque(model: Any, data: Any, q: Array, v: Array, a: Array) -> Array:
     """Torque (N, nv) [N m] of inertia and gravity at positions (N, nq), velocities and accelerations (N, nv)."""
     torque = np.empty(v.shape)
     position, velocity, acceleration = data.qpos, data.qvel, data.qacc

@@ -146,11 +146,13 @@ class Forward:
             load[1], load[0] = load[0], loaded
         return Trace(Q, V, A, friction, excess, stuck)
 
-    def _step(self, k: int, state: tuple[Array, Array], foreseen: Array, z: Array, load: Array) -> Any:
+    def _step(
+        self, k: int, state: tuple[Array, Array], foreseen: Array, z: Array, load: Array
+    ) -> tuple[Sticking, Array, Array]:
         """One step, made again until its speed was foreseen: the law near zero speed, accelerations, and loads (n,)."""
         dof, half = self.bodies.dof, self.step / 2
         guess = state[1][dof] + half * foreseen[dof]
-        for _ in range(TRIES):
+        for left in reversed(range(TRIES)):
             near = sticking(self.made.friction, guess, load, self.warm[k], z, self.step)
             new = self.accelerate(k, state, foreseen, near)
             if self.loaded:
@@ -158,9 +160,9 @@ class Forward:
                 mj.mj_mulM(self.model, self.data, mass, new)
                 load = (mass + self.data.qfrc_bias - self.model.dof_armature * new)[dof]
             speed = state[1][dof] + half * new[dof]
-            if np.abs(half * (new - foreseen)[dof]).max() < self.tolerance:
-                break
+            if not left or np.abs(half * (new - foreseen)[dof]).max() < self.tolerance:
+                return near, new, load
             # the tangent of a saturating law overshoots; from its steepest point, zero, it does not
             guess = np.where(speed * guess < 0, 0.0, speed)
             foreseen = new
-        return near, new, load
+        raise AssertionError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import mujoco as mj
 import numpy as np
@@ -20,6 +20,7 @@ from tests.truth import ArmTruth, Motion, Run
 
 Array = NDArray[np.float64]
 STEP = 5e-4  # s
+KEPT = ("kind", "width", "slip", "dips", "powers")  # what a law without friction needs all the same
 SETTLING, SETTLING_STEP = 1.5, 1e-3  # s
 
 
@@ -123,8 +124,13 @@ def settled(made: Machine, bodies: Bodies, ahead: Control, start: Array | None =
 
 def _without(law: Friction) -> Friction:
     """No friction but a viscous one."""
-    zero = np.zeros(len(law.coulomb))
-    return Friction("smooth", *(zero,) * 6, np.ones(len(zero)), *(zero,) * 3, np.ones(len(zero)))
+    return replace(
+        law,
+        kind="smooth",
+        **{f.name: np.zeros(len(law.width)) for f in fields(law) if f.name not in KEPT},
+        dips=(),
+        powers=(),
+    )
 
 
 def reported(made: Machine, time: Array, q: Array, v: Array, torque: Array) -> Array:

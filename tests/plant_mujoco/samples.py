@@ -48,15 +48,14 @@ class Sines:
 
 def _ramp(x: Array) -> tuple[Array, Array, Array]:
     """A smooth rise from 0 to 1 and its derivatives: x - sin(2 pi x)/(2 pi)."""
-    inside = (x > 0) & (x < 1)
     x = np.clip(x, 0.0, 1.0)
     turn = 2 * np.pi * x
-    return x - np.sin(turn) / (2 * np.pi), inside * (1 - np.cos(turn)), inside * 2 * np.pi * np.sin(turn)
+    return x - np.sin(turn) / (2 * np.pi), 1.0 - np.cos(turn), 2 * np.pi * np.sin(turn)
 
 
 def sines(n: int, duration: float = 4.0, scale: float = 1.0, rest: float = 0.0) -> Sines:
     """A motion of n joints, different in each."""
-    i = np.arange(n)
+    i: Array = np.arange(n, dtype=np.float64)
     return Sines(duration, 0.3 - 0.15 * i, scale * 0.4 * (-1.0) ** i / (1 + 0.2 * i), 2.0 + 0.7 * i, rest=rest)
 
 
@@ -103,6 +102,7 @@ def _link(k: int) -> Array:
 
 
 def _urdf(name: str) -> str:
+    """The description of one of the arms, with places and turns that no axis shares."""
     text = [f'<robot name="{name}"><link name="base"/>']
     before = "base"
     for k, (kind, axis) in enumerate(SERIAL[name]):
