@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import mujoco as mj
 import numpy as np
@@ -24,7 +24,6 @@ KEPT = ("kind", "width", "slip", "dips", "powers")  # what a law without frictio
 SETTLING, SETTLING_STEP = 1.5, 1e-3  # s
 
 
-@dataclass(frozen=True)
 class MujocoPlant:
     """An arm in MuJoCo; the arguments and results are those of ``tests.truth.Plant``."""
 
