@@ -46,7 +46,7 @@ def least_snap(x: Array) -> tuple[Array, Array, Array]:
 
 LAWS: dict[str, Law] = {
     "brisk": seven_phases(0.2, 0.5),
-    "gentle": seven_phases(0.4, 1.0),
+    "gentle": seven_phases(0.4, 0.95),
     "cycloid": cycloid,
     "least_snap": least_snap,
 }
