@@ -42,7 +42,10 @@ def draw(seed: int) -> ArmTruth:
         torque_offset=load * rng.uniform(-0.03, 0.03, len(load)),
         friction=_friction(load, bounds["top_speed"], slides, rng),
         bandwidth=float(rng.uniform(*design.bandwidth)),
-        **bounds,
+        lower=bounds["lower"],
+        upper=bounds["upper"],
+        top_speed=bounds["top_speed"],
+        top_acceleration=bounds["top_acceleration"],
     )
 
 

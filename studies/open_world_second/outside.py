@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.open_world_second.survey import Survey
-from tests.truth import Disturbance, HiddenEffect
+from tests.truth import ArmTruth, Disturbance, HiddenEffect
 
 Array = NDArray[np.float64]
 Variable = Literal["position", "velocity", "load", "time", "other"]
 Made = tuple[tuple[HiddenEffect, ...], tuple[Disturbance, ...]]
+Drawn = tuple[Variable, Any, float]  # its disturbance at size 0, and the largest size in the disturbance's own unit
+Draw = Callable[[ArmTruth, Survey, np.random.Generator], Drawn]
 MOST = 0.6  # of the usual torque of a joint: more than that nobody overlooks
 MEASURED = 0.2  # the share at which a cause is measured
 ROUNDS = 5  # sizes tried for a share that does not grow in proportion to size
@@ -70,3 +72,8 @@ def measured(kind: str, variable: Variable, disturbance: Any, ceiling: float, su
     unit = size / float(share.max())
     joints = tuple(int(j) + 1 for j in np.flatnonzero(share > share.max() / 3))
     return Outside(kind, joints, variable, Scaled(disturbance, unit), min(MOST, ceiling / unit))
+
+
+def any_joint(arm: ArmTruth, rng: np.random.Generator) -> int:
+    """A joint of the arm, from 0."""
+    return int(rng.integers(arm.joints))

@@ -61,7 +61,7 @@ def _grease(arm: ArmTruth, measured: Survey, rng: np.random.Generator) -> b.Back
 
 def _preload(arm: ArmTruth, measured: Survey, rng: np.random.Generator) -> b.Background:
     n = arm.joints
-    turns = rng.integers(1, 4, n) * np.where(slides(arm), 2 * np.pi / _spread(arm, measured), 1.0)
+    turns = rng.integers(1, 4, n).astype(np.float64) * np.where(slides(arm), 2 * np.pi / _spread(arm, measured), 1.0)
     return b.UnevenPreload(
         size=measured.load, phase=rng.uniform(0, 2 * np.pi, n), speed=0.3 * arm.top_speed, per_turn=turns
     )

@@ -49,7 +49,7 @@ class Fourier:
         speed, acceleration = rate @ self.sine, -(rate**2) @ self.cosine
         zero = np.zeros_like(speed)
         wanted = np.array([zero, zero, -speed, -speed, -acceleration, -acceleration])
-        return np.linalg.solve(conditions, wanted)
+        return np.asarray(np.linalg.solve(conditions, wanted), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def fourier(arm: ArmTruth, seed: int, duration: float) -> Fourier:
     """A series of five drawn harmonics for all joints, faster ones with smaller amplitudes."""
     rng = np.random.default_rng([seed, 421])
     fastest = max(6, int(rng.uniform(0.3, 0.8) * (duration - 2 * DWELL)))
-    harmonic = 1.0 + np.sort(rng.choice(fastest, 5, replace=False))
+    harmonic = np.sort(rng.permutation(fastest)[:5]).astype(np.float64) + 1.0
     fall = harmonic[:, None] ** -rng.uniform(0.5, 1.2)
     sine, cosine = rng.normal(size=(2, 5, arm.joints)) * fall
     trial = Fourier("fourier", duration, np.zeros(arm.joints), harmonic, sine, cosine)
