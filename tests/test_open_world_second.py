@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import pickle
+import re
 import subprocess
 import sys
 from dataclasses import fields
@@ -233,6 +234,16 @@ def test_conditions_stay_in_a_workshop() -> None:
     assert (warmer >= 0).all()
     assert (warmer <= 10).all()
     assert 0.2 < np.mean(warmer == 0) < 0.6
+
+
+def test_the_page_names_every_cause() -> None:
+    lines = (FOLDER / "README.md").read_text(encoding="utf-8").splitlines()
+    told = {row.split("|")[1].strip(" `"): row.split("|") for row in lines if row.startswith("| `")}
+    assert set(told) == set(WORLD.OUTSIDE)
+    arm = WORLD.arm(1)
+    for name, row in told.items():
+        assert WORLD.outside(name, arm, np.random.default_rng(2)).variable == row[3].strip(), name
+        assert set(re.findall(r"`(\w+)`", row[4])) <= CATALOGUE
 
 
 def test_nothing_imports_the_estimator() -> None:
