@@ -50,7 +50,7 @@ def draw(seed: int) -> ArmTruth:
 
 
 def typical_load(text: str, links: Array, rotor: Array, bounds: dict[str, Array]) -> Array:
-    """Root mean square torque (n,) [N m or N] of gravity and inertia over random states, at least 3 % of the largest."""
+    """Root mean square torque (n,) [N m or N] of gravity and inertia over random states, at least 1.5 % of the largest."""
     model, data = rigid(text, links)
     rng = np.random.default_rng(402)
     torque = np.empty((POSES, len(rotor)))
@@ -60,7 +60,7 @@ def typical_load(text: str, links: Array, rotor: Array, bounds: dict[str, Array]
         a = rng.uniform(-0.6, 0.6, len(q)) * bounds["top_acceleration"]
         row[:] = pin.rnea(model, data, q, v, a) + rotor * a
     load = np.sqrt(np.mean(torque**2, axis=0))
-    return np.maximum(load, 0.03 * load.max())
+    return np.maximum(load, 0.015 * load.max())
 
 
 def _bodies(text: str, flange: tuple[float, float, float], rng: np.random.Generator) -> Array:
@@ -78,12 +78,12 @@ def _bounds(segments: tuple[Segment, ...]) -> dict[str, Array]:
 
 
 def _rotors(text: str, links: Array, bounds: dict[str, Array], rng: np.random.Generator) -> Array:
-    """Rotor inertia (n,) at the joint: less than the links' at the base, often more than theirs at the wrist."""
+    """Rotor inertia (n,) at the joint: less than the links' at the base, several times theirs at the wrist."""
     model, data = rigid(text, links)
     mass = pin.crba(model, data, 0.7 * bounds["lower"] + 0.3 * bounds["upper"])
     own = np.diag(mass)
     outward = np.linspace(0, 1, len(own))
-    return own * np.exp(rng.uniform(np.log(0.15), np.log(0.6), len(own)) + 1.4 * outward)
+    return own * np.exp(rng.uniform(np.log(0.15), np.log(0.6), len(own)) + 3.0 * outward)
 
 
 def _friction(load: Array, top_speed: Array, slides: NDArray[np.bool_], rng: np.random.Generator) -> FrictionTruth:

@@ -95,9 +95,8 @@ class SkewedClock(Disturbance):
     size: float
 
     def report(self, time: Array, q: Array, v: Array, torque: Array) -> Array:
-        whole, past = bridged(torque), time - self.size * (time - time[0])
-        seen = np.stack([np.interp(past, time, column) for column in whole.T], axis=1)
-        return np.where(np.isnan(torque), np.nan, seen)
+        past = time - self.size * (time - time[0])
+        return np.stack([np.interp(past, time, column) for column in torque.T], axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +133,7 @@ class CoupledDrives(Disturbance):
 class SaggingSupply(Disturbance):
     """A weak supply: the drive of ``joint`` delivers up to the share ``size`` less while the arm draws much power.
 
-    Half of that is missing at ``half`` [W].
+    Half of that is missing at ``half`` [W]. What a braking joint gives back is burnt and helps no other.
     """
 
     joint: int
@@ -142,8 +141,8 @@ class SaggingSupply(Disturbance):
     half: float
 
     def deliver(self, time: float, v: Array, torque: Array) -> Array:
-        power = (torque * v).sum(axis=-1)
-        drawn = (power + np.hypot(power, 0.1 * self.half)) / 2
+        power = torque * v
+        drawn = (power + np.hypot(power, 0.1 * self.half)).sum(axis=-1) / 2
         real = torque.copy()
         real[..., self.joint] *= 1 - self.size * drawn / (drawn + self.half)
         return real

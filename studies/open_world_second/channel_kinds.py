@@ -53,7 +53,7 @@ def _coupled_drives(arm: ArmTruth, usual: Survey, rng: np.random.Generator) -> D
 
 
 def _sagging_supply(arm: ArmTruth, usual: Survey, rng: np.random.Generator) -> Drawn:
-    power = np.concatenate([(part.torque * part.v).sum(axis=1) for part in usual.stretches])
+    power = np.concatenate([np.maximum(part.torque * part.v, 0).sum(axis=1) for part in usual.stretches])
     half = float(np.quantile(power[power > 0], rng.uniform(0.3, 0.7)))
     return "other", channel.SaggingSupply(joint=any_joint(arm, rng), size=0.0, half=half), 0.5
 

@@ -42,7 +42,7 @@ FOUNDRY = _arm(
     _row((0.4, 0, 0), Y, (2.1, (0.03, 0.006, 0.004), (0.13, 0.08, 0.1)), (-1.9, 1.9, 3, 10), askew=(0.2, 0.5, 0)),
     _row((0.09, 0, 0), X, (0.9, (0.03, 0.012, -0.014), (0.06, 0.12, 0.07)), (-3, 3, 4, 14), askew=(0.6, 0.1, 0.2)),
     flange=(0.1, 0, 0),
-    bandwidth=(18, 40),
+    bandwidth=(50, 110),
 )
 
 # Seven light joints; shoulder, elbow and wrist each stand beside the axis before them.
@@ -55,7 +55,7 @@ HARBOUR = _arm(
     _row((0, 0, 0.19), Y, (1.4, (0.05, 0.006, 0.01), (0.12, 0.09, 0.1)), (-1.7, 1.7, 2.6, 11), askew=(0.1, 0.4, 0.3)),
     _row((0.08, 0, 0.09), MINUS_Z, (0.8, (0.012, 0.015, -0.03), (0.1, 0.06, 0.08)), (-2.8, 2.8, 2.6, 12)),
     flange=(0, 0.02, 0.11),
-    bandwidth=(15, 35),
+    bandwidth=(45, 100),
 )
 
 # Two horizontal links, a quill that slides downwards, and a gripper that turns beside its axis.
@@ -65,7 +65,7 @@ PACKER = _arm(
     _row((0.28, 0, 0.02), MINUS_Z, (1.6, (0, 0.004, -0.1), (0.04, 0.03, 0.4)), (0, 0.18, 0.6, 5), kind="prismatic"),
     _row((0, 0, -0.18), Z, (0.9, (0.035, 0.012, -0.03), (0.14, 0.07, 0.06)), (-3, 3, 6, 40), askew=(0.2, 0.2, 0.3)),
     flange=(0.02, 0, -0.07),
-    bandwidth=(25, 60),
+    bandwidth=(60, 120),
 )
 
 # A boom with a lance: the tool is longer than either link and hangs to the side.
@@ -74,7 +74,7 @@ PAINTER = _arm(
     _row((0.1, 0.06, 0.18), Y, (11, (0.01, 0.05, 0.28), (0.12, 0.12, 0.66)), (-0.9, 1.5, 1.2, 3), askew=(0.05, 0.1, 0)),
     _row((0, 0, 0.62), Y, (8.5, (0.05, -0.08, 0.38), (0.1, 0.14, 1.1)), (0.2, 2.3, 1.4, 4), askew=(0.15, 0.1, 0)),
     flange=(0.04, -0.16, 1.15),
-    bandwidth=(12, 25),
+    bandwidth=(35, 80),
 )
 
 # Two links that swing in one upright plane beside a wall.
@@ -82,7 +82,7 @@ SWING = _arm(
     _row((0, 0.1, 0.9), Y, (5.5, (0.015, 0.04, -0.2), (0.12, 0.1, 0.5)), (-2.3, 2.3, 3, 9), turned=(0, 0, 0.3)),
     _row((0, 0.06, -0.45), Y, (3.2, (-0.02, 0.01, -0.17), (0.1, 0.08, 0.42)), (-2.4, 2.4, 4, 16), askew=(0.1, 0.2, 0)),
     flange=(0, 0, -0.4),
-    bandwidth=(15, 45),
+    bandwidth=(40, 90),
 )
 
 # A small arm of plastic and servos, with much friction for its weight.
@@ -93,7 +93,7 @@ DESK = _arm(
     _row((0, 0, 0.15), MINUS_Y, (0.2, (0.01, 0.008, 0.03), (0.05, 0.04, 0.08)), (-1.8, 1.8, 3, 14)),
     _row((0, 0, 0.06), Z, (0.16, (0.014, 0.006, 0.04), (0.07, 0.03, 0.08)), (-2.6, 2.6, 3, 18), askew=(0.3, 0.1, 0)),
     flange=(0, 0, 0.1),
-    bandwidth=(12, 30),
+    bandwidth=(40, 90),
 )
 
 DESIGNS: dict[str, Design] = {
