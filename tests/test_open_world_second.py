@@ -174,7 +174,7 @@ def test_background_is_a_small_share_of_the_torque(arms: dict[str, ArmTruth]) ->
 
 @pytest.mark.parametrize("name", WORLD.OUTSIDE)
 def test_outside_causes_are_felt_in_proportion(name: str, arms: dict[str, ArmTruth]) -> None:
-    for number, arm in enumerate(arms.values()):
+    for number, arm in list(enumerate(arms.values()))[WORLD.OUTSIDE.index(name) % 2 :: 2]:
         cause = WORLD.outside(name, arm, np.random.default_rng([number, 9]))
         check_fields(cause, arm)
         effects, disturbances = cause.make(0.6 * cause.most)
@@ -188,7 +188,7 @@ def test_outside_causes_are_felt_in_proportion(name: str, arms: dict[str, ArmTru
             for kind in ("fourier", "errands"):
                 time, q, v, torque = along(arm, motions.KINDS[kind][1](arm, 17, DURATION), 50.0)
                 more = added(cause.make(part * cause.most)[1], time, q, v, torque)
-                assert np.isfinite(more).all()
+                assert np.isfinite(more).all(), arm.name
                 shares[part] = max(shares[part], float((rms(more) / rms(torque)).max()))
         assert shares[0.3] < shares[1.0], (arm.name, shares)
         # a cause at one place or speed may hardly be met by other motions than those that measured it
@@ -234,7 +234,7 @@ def test_the_rocking_floor_is_a_turned_weight(arms: dict[str, ArmTruth]) -> None
 
 def test_instruments_are_ordinary(arms: dict[str, ArmTruth]) -> None:
     for seed, arm in enumerate(arms.values()):
-        load = 1.0 + np.arange(arm.joints)
+        load = np.linspace(1.0, 2.0, arm.joints)
         drawn = instruments.draw(seed, load, slides(arm))
         assert drawn == instruments.draw(seed, load, slides(arm))
         assert 100 <= drawn["rate"] <= 1000
