@@ -62,12 +62,16 @@ def _really(link: Array, rng: Rng) -> Array:
     mass, first = link[0], link[1:4]
     xx, xy, yy, xz, yz, zz = link[4:]
     com = first / mass
-    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * (
+        com @ com * np.eye(3) - np.outer(com, com)
+    )
     true_mass = mass * rng.uniform(0.8, 1.25)
     true_com = com + rng.normal(0.0, 0.01, 3)
     turn, _ = np.linalg.qr(np.eye(3) + 0.1 * rng.standard_normal((3, 3)))
     size = rng.uniform(0.85, 1.2) ** 2 * true_mass / mass
-    inertia = size * turn @ about_com @ turn.T + true_mass * (true_com @ true_com * np.eye(3) - np.outer(true_com, true_com))
+    inertia = size * turn @ about_com @ turn.T + true_mass * (
+        true_com @ true_com * np.eye(3) - np.outer(true_com, true_com)
+    )
     return np.array(
         [true_mass, *(true_mass * true_com), inertia[0, 0], inertia[0, 1], inertia[1, 1], inertia[0, 2], inertia[1, 2], inertia[2, 2]]
     )  # fmt: skip

@@ -127,7 +127,9 @@ def _unit(name: str, arm: ArmTruth, states: States, rng: Rng) -> Cable | Cogging
         neighbour = np.array([j - 1 if j else min(1, n - 1) for j in range(n)])
         share = rng.uniform(-0.4, 0.4, n) * (slides == slides[neighbour])
         middle = arm.lower + rng.uniform(0.3, 0.7, n) * room
-        return Cable(ones, neighbour, share, middle, rng.uniform(0.05, 0.25, n) * room, rng.uniform(0.03, 0.12, n) * room)
+        return Cable(
+            ones, neighbour, share, middle, rng.uniform(0.05, 0.25, n) * room, rng.uniform(0.03, 0.12, n) * room
+        )
     if name == "cogging":
         length = np.where(slides, 0.05, 1.0)  # m of a spindle for a radian of a joint
         order = rng.uniform(3.3, 30.0, n) / length

@@ -196,9 +196,7 @@ def _envelope(time: Array, duration: float) -> tuple[Array, Array, Array]:
     return w[0][:, None], w[1][:, None], second[:, None]
 
 
-def _about(
-    centre: Array, w: tuple[Array, Array, Array], s: tuple[Array, Array, Array]
-) -> tuple[Array, Array, Array]:
+def _about(centre: Array, w: tuple[Array, Array, Array], s: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
     """States of centre + w s by the product rule."""
     q = centre + w[0] * s[0]
     return q, w[1] * s[0] + w[0] * s[1], w[2] * s[0] + 2 * w[1] * s[1] + w[0] * s[2]

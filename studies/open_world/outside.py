@@ -70,7 +70,10 @@ def _gas_spring(arm: ArmTruth, rng: Rng) -> Outside:
     j, force = _turning(arm, rng), 3.0 * scale_of(arm).torque
     place, ratio = _place(arm, j, rng), float(rng.uniform(1.2, 3.0))
     return Outside(
-        "gas_spring", (j + 1,), "position", lambda s: ((), (GasSpring(_row(arm.joints, j, s * force[j]), place, ratio),))
+        "gas_spring",
+        (j + 1,),
+        "position",
+        lambda s: ((), (GasSpring(_row(arm.joints, j, s * force[j]), place, ratio),)),
     )
 
 
@@ -80,7 +83,10 @@ def _tight_spot(arm: ArmTruth, rng: Rng) -> Outside:
     width = float(rng.uniform(0.03, 0.12) * (arm.upper[j] - arm.lower[j]))
     slow = float(0.05 * arm.top_speed[j])
     return Outside(
-        "tight_spot", (j + 1,), "position", lambda s: ((), (TightSpot(_row(arm.joints, j, s * level), place, width, slow),))
+        "tight_spot",
+        (j + 1,),
+        "position",
+        lambda s: ((), (TightSpot(_row(arm.joints, j, s * level), place, width, slow),)),
     )
 
 
@@ -88,7 +94,9 @@ def _cubic_cable(arm: ArmTruth, rng: Rng) -> Outside:
     j = int(rng.integers(arm.joints))
     place, half = _place(arm, j, rng), (arm.upper[j] - arm.lower[j]) / 2
     most = 4.0 * scale_of(arm).torque[j] / half**3
-    return Outside("cubic_cable", (j + 1,), "position", lambda s: ((), (CubicCable(_row(arm.joints, j, s * most), place),)))
+    return Outside(
+        "cubic_cable", (j + 1,), "position", lambda s: ((), (CubicCable(_row(arm.joints, j, s * most), place),))
+    )
 
 
 def _sensor_lag(arm: ArmTruth, rng: Rng) -> Outside:

@@ -124,5 +124,4 @@ class BackEmf(Disturbance):
     def deliver(self, time: float, v: Array, torque: Array) -> Array:
         """Torque (n,) [N m] that acts; a motor that brakes has voltage enough."""
         excess = np.maximum(np.abs(v) / self.free - 1.0, 0.0)
-        drives = 0.5 * (1 + np.tanh(8 * v * torque / (np.abs(v * torque) + 1e-9)))
-        return torque * (1 - self.size * drives * excess / (0.5 + excess))
+        return torque * (1 - self.size * (v * torque > 0) * excess / (0.5 + excess))

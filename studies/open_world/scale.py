@@ -100,6 +100,7 @@ def measure(arm: ArmTruth, states: States) -> Scale:
     )  # fmt: skip
 
 
+@lru_cache(maxsize=64)
 def scale_of(arm: ArmTruth) -> Scale:
     """The sizes of an arm along its ordinary motions."""
     return measure(arm, pilot(arm, np.random.default_rng(1)))
