@@ -31,7 +31,9 @@ def main() -> None:
     parser.add_argument("--outside", type=int, default=0)
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--resume", action="store_true", help="leave out what is in the file of results already")
-    parser.add_argument("--only", nargs="*", default=[], metavar="KIND:NUMBER", help="of these trials, as pair:3, only some")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="KIND:NUMBER", help="of these trials, as pair:3, only some"
+    )
     parser.add_argument(
         "--keep", action="store_true", help="write results.json and the README's table, and run nothing"
     )
@@ -39,10 +41,7 @@ def main() -> None:
     rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
     rows_file.parent.mkdir(parents=True, exist_ok=True)
     if asked.keep:
-        from studies.kept import keep
-
-        one = summary(_read(rows_file))
-        keep(Path(__file__).parent, {"world": asked.world, "set": asked.set, **one}, table(one))
+        _kept(asked.set)
         return
     if not asked.resume and not asked.only:
         rows_file.unlink(missing_ok=True)
@@ -63,6 +62,17 @@ def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
             stream.flush()
             print(f"{count}/{len(jobs)} {line(row)}", flush=True)
     return _read(rows_file)
+
+
+def _kept(group: int) -> None:
+    """Write results.json and the README's table from a set of each world that was run."""
+    from studies.kept import keep
+
+    names = {"first": "First world", "second": "Second world, drawn by other code"}
+    found = {world: _read(CACHE / world / f"set{group}.jsonl") for world in names}
+    sets = {world: summary(rows) for world, rows in found.items() if rows}
+    text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())
+    keep(Path(__file__).parent, {"set": group, "worlds": sets}, text)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
