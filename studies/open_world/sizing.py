@@ -73,7 +73,7 @@ def pilot(bench: Bench, hidden: HiddenEffect, seed: int, warmer: float, refitted
     motion = bench.world.motion(bench.arm, seed, DURATION)
     time = np.arange(0.0, motion.duration, PILOT_STEP)
     q, v, a = motion.states(time)
-    run = Run(time, q, v, a, np.zeros_like(q), np.full_like(q, 25.0 + warmer), None)
+    run = Run(time, q, v, a, np.zeros_like(q), np.full_like(q, 25.0 + warmer), np.abs(v) < 1e-9)
     other = replace(bench.arm, effects=(*bench.arm.effects, hidden))
     torque = bench.plant.torque_along(other, run) - bench.plant.torque_along(bench.arm, run)
     recording = pid.Recording(time, q, torque, "torque", dq=v)
