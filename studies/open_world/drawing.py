@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.open_world.bench import DURATION
+from studies.open_world.bench import DEFAULT, DURATION
 from studies.open_world.causes import KINDS, ONCE, TIERS, Ground, draw, scaled
 from studies.open_world.outside import Outside
 from studies.open_world.scale import scale_of
@@ -37,6 +37,8 @@ def _catalogue(scene: Scene) -> Trial:
     rng = np.random.default_rng([scene.bench.group, scene.number, 107])
     ground = Ground(scene.bench.arm, scale_of(scene.bench.arm), DURATION)
     names = [name for name in KINDS if name in scene.bench.plant.effects]
+    if scene.refitted:  # of what is fitted along, nothing is missing
+        names = [name for name in names if name not in DEFAULT]
     tier = tier_of(scene.kind, scene.number - FROM[scene.kind])
     for attempt in range(DRAWS):
         first = names[(scene.number + attempt) % len(names)]
