@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -18,17 +19,19 @@ Array = NDArray[np.float64]
 class Controller:
     """tau_m = proportional (q_plan - q) + derivative (v_plan - v) + rnea(q_plan, v_plan, a_plan) of the ordinary arm.
 
-    q, v are the encoders'. Gains (6,) [N m/rad], [N m s/rad] place both poles of each joint's typical inertia at 60 rad/s;
-    the model ahead knows the ordinary links, gravity and ``rotor_inertia`` (6,) [kg m^2], no friction. Continuous in time.
+    q, v are the encoders'. Gains (n,) [N m/rad], [N m s/rad] place both poles of each joint's typical inertia at 60 rad/s;
+    the model ahead knows the ordinary ``bodies``, gravity and ``rotor_inertia`` (n,) [kg m^2], no friction. Continuous in
+    time.
     """
 
     proportional: tuple[float, ...] = (16000.0, 16000.0, 7200.0, 1400.0, 1100.0, 900.0)
     derivative: tuple[float, ...] = (530.0, 530.0, 240.0, 46.0, 37.0, 30.0)
     rotor_inertia: tuple[float, ...] = ROTOR_INERTIA
+    bodies: Any = field(default_factory=lambda: Arm().bodies)
 
     def ahead(self, q: Array, v: Array, a: Array) -> Array:
-        """What does not depend on the arm's state (N, 6) [N m], for a plan (N, 6)."""
-        model = Arm().bodies
+        """What does not depend on the arm's state (N, n) [N m], for a plan (N, n)."""
+        model = self.bodies.copy()
         model.armature[:] = self.rotor_inertia
         data = model.createData()
         nominal = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])

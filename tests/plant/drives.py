@@ -28,7 +28,7 @@ class Ripple:
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """Six drives, each field (6,) unless said.
+    """n drives, each field (n,) unless said, by default a UR5's.
 
     An elastic gear (``compliance`` > 0) is two masses: the rotor, with encoder, friction, ripple and control, and the link,
     joined by a spring 1/compliance with a damper. The reported torque is
@@ -48,12 +48,12 @@ class Drives:
         return np.flatnonzero(self.compliance)
 
     def ripple(self, q: Array) -> Array:
-        """Ripple torque (..., 6) [N m] at motor positions (..., 6) [rad]."""
+        """Ripple torque (..., n) [N m] at motor positions (..., n) [rad]."""
         torque = np.zeros_like(q)
         for r in self.ripples:
             torque[..., r.joint] += r.amplitude * np.sin(r.order * q[..., r.joint] + r.phase)
         return torque
 
     def reported(self, torque: Array) -> Array:
-        """Torque (..., 6) [N m] as its measurement scales and shifts it; the delay is the recorder's."""
+        """Torque (..., n) [N m] as its measurement scales and shifts it; the delay is the recorder's."""
         return (1.0 + self.torque_constant) * torque + self.torque_offset

@@ -8,9 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.plant.laws import Law, Smooth
+
 Array = NDArray[np.float64]
-SMOOTHING = 0.01  # rad/s: sgn v = tanh(v / SMOOTHING)
 COULOMB = (8.0, 9.0, 7.5, 1.4, 2.0, 2.0)  # N m, an ordinary UR5
+LEAST = 1e-9  # N m: effects that let friction fall never leave less, for bristles divide by it
 VISCOUS = (9.0, 9.0, 7.0, 1.5, 1.5, 1.5)  # N m s/rad
 
 
@@ -31,12 +33,13 @@ class Coupling:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """Friction of six joints, each field (6,); positive values oppose the motion.
+    """Friction of n joints, each field (n,), by default of a UR5; positive values oppose the motion.
 
-    tau = w (coulomb sgn v + viscous v) + asymmetry |v| + stribeck sgn v exp(-(v/stribeck_speed)^2)
-    + power sgn v |v|^exponent + load_dependent sgn v |tau_load| + stiffness z + couplings, with
-    dz/dt = v - |v| z/slip, which levels off at stiffness * slip [N m], and the warm-up
+    tau = w ((coulomb + onset exp(-|v|/onset_speed)) sgn v + viscous v) + asymmetry |v|
+    + stribeck sgn v exp(-(v/stribeck_speed)^2) + power sgn v |v|^exponent + load_dependent sgn v |tau_load|
+    + stiffness z + couplings, with dz/dt = v - |v| z/slip, which levels off at stiffness * slip [N m], and the warm-up
     w = 1 + warmth exp(-t/warm_time), or 1 + warmth_per_degree (temperature - the arm's first one).
+    ``law`` says what sgn v is near zero speed. Its *elements* are the n joints, then the coupled pairs.
     """
 
     viscous: Array = field(default_factory=lambda: np.array(VISCOUS))
@@ -53,58 +56,60 @@ class Friction:
     warm_time: float = 10.0  # s
     warmth_per_degree: Array = field(default_factory=_zeros)  # 1/K
     couplings: tuple[Coupling, ...] = ()
+    onset: Array = field(default_factory=_zeros)  # N m: breakaway less Coulomb friction
+    onset_speed: Array = field(default_factory=lambda: np.full(6, 0.02))  # rad/s
+    law: Law = field(default_factory=Smooth)
 
     @cached_property
     def acts(self) -> dict[str, bool]:
         """Which kinds are there at all, so that the others cost nothing."""
-        names = ("asymmetry", "stribeck", "power", "load_dependent", "stiffness", "warmth", "warmth_per_degree")
+        names = ("asymmetry", "stribeck", "power", "load_dependent", "stiffness", "warmth", "warmth_per_degree", "onset")
         return {name: bool(getattr(self, name).any()) for name in names} | {"couplings": bool(self.couplings)}
 
     @cached_property
-    def sums(self) -> Array:
-        """(pairs, 6): which joints' motions each coupling adds."""
-        sums = np.zeros((len(self.couplings), 6))
-        for row, pair in zip(sums, self.couplings, strict=True):
-            row[[pair.first, pair.second]] = 1.0
-        return sums
+    def elements(self) -> Array:
+        """(m, n): which joints' motions each element adds."""
+        rows = np.eye(len(self.coulomb))
+        return np.vstack([rows, *(rows[[pair.first]] + rows[[pair.second]] for pair in self.couplings)])
 
     def warm(self, time: Array, temperature: Array) -> Array:
-        """Factor (N, 6) on Coulomb and viscous friction at times (N,) [s] and temperatures (N, 6) [degC]."""
+        """Factor (N, n) on Coulomb and viscous friction at times (N,) [s] and temperatures (N, n) [degC]."""
         fading = self.warmth * np.exp(-time[:, None] / self.warm_time)
         return 1.0 + fading + self.warmth_per_degree * (temperature - temperature[:1])
 
-    def dry(self, v: Array, warm: Array) -> Array:
-        """What multiplies sgn v, without load (..., 6) [N m]."""
-        total = warm * self.coulomb
-        if self.acts["stribeck"]:
+    def level(self, u: Array, warm: Array) -> Array:
+        """What multiplies sgn u, without load (..., m) [N m], at speeds (..., m) and warm-up factors (..., n)."""
+        acts = self.acts
+        v = u[..., : len(self.coulomb)]
+        total = self.coulomb if not acts["onset"] else self.coulomb + self.onset * np.exp(-np.abs(v) / self.onset_speed)
+        total = warm * total
+        if acts["stribeck"]:
             total = total + self.stribeck * np.exp(-((v / self.stribeck_speed) ** 2))
-        if self.acts["power"]:
+        if acts["power"]:
             total = total + self.power * np.abs(v) ** self.exponent
-        return total
+        if not isinstance(self.law, Smooth):
+            total = np.maximum(total, LEAST)
+        if not acts["couplings"]:
+            return total
+        return np.concatenate([total, np.broadcast_to(self.pairs[0], (*u.shape[:-1], len(self.couplings)))], axis=-1)
 
     def wet(self, v: Array, warm: Array) -> Array:
-        """What has no sgn v of the joint alone (..., 6) [N m]."""
+        """What has no sgn v (..., n) [N m]."""
         total = warm * self.viscous * v
         if self.acts["asymmetry"]:
             total = total + self.asymmetry * np.abs(v)
         if self.acts["couplings"]:
-            total = total + self._coupled(v @ self.sums.T)
+            sums = self.elements[len(self.coulomb) :]
+            total = total + (self.pairs[1] * (v @ sums.T)) @ sums
         return total
 
-    def slope(self, warm: Array, coupled_speed: Array, dry_slope: Array) -> Array:
-        """(6, 6) [N m s/rad]: how friction rises with speed at one instant, near enough for an implicit step.
-
-        ``dry_slope`` (6,) is that of sgn v times its factor; ``coupled_speed`` (pairs,) [rad/s].
-        """
-        slope = np.diag(dry_slope + warm * self.viscous)
-        coulomb, viscous = self._pairs
-        rise = coulomb * (1 - np.tanh(coupled_speed / SMOOTHING) ** 2) / SMOOTHING + viscous
-        return slope + self.sums.T @ (rise[:, None] * self.sums)
+    @cached_property
+    def wet_slope(self) -> Array:
+        """(n, n) [N m s/rad]: how viscous friction rises with speed, near enough for an implicit step."""
+        sums = self.elements[len(self.coulomb) :]
+        return np.diag(self.viscous) + sums.T @ (self.pairs[1][:, None] * sums)
 
     @cached_property
-    def _pairs(self) -> tuple[Array, Array]:
+    def pairs(self) -> tuple[Array, Array]:
+        """Coulomb [N m] and viscous [N m s/rad] friction of the coupled pairs."""
         return np.array([p.coulomb for p in self.couplings]), np.array([p.viscous for p in self.couplings])
-
-    def _coupled(self, speed: Array) -> Array:
-        coulomb, viscous = self._pairs
-        return (coulomb * np.tanh(speed / SMOOTHING) + viscous * speed) @ self.sums

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from tests.plant.arm import GRAVITY, PIECE, Arm, Contact, Hidden
+from tests.plant.arm import GRAVITY, Arm, Contact, Dropped, Hidden
 from tests.plant.drives import Ripple
 from tests.plant.friction import Coupling
 
@@ -23,16 +23,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class _Dose:
-    """``joints``: indices from 0; ``magnitude``: one for each; ``shape``: the effect's own settings."""
+    """``joints``: indices from 0 of ``count``; ``magnitude``: one for each; ``shape``: the effect's own settings."""
 
+    count: int
     joints: list[int]
     magnitude: list[float]
     shape: dict[str, Any]
 
     @property
     def row(self) -> Array:
-        """The magnitudes (6,) in the places of their joints."""
-        row = np.zeros(6)
+        """The magnitudes (n,) in the places of their joints."""
+        row = np.zeros(self.count)
         row[self.joints] = self.magnitude
         return row
 
@@ -43,8 +44,8 @@ def hide(arm: Arm, effect: str, joints: int | Sequence[int], magnitude: float | 
     Raises KeyError for an unknown effect, ValueError for joints, magnitudes or settings that do not fit it.
     """
     names = (joints,) if isinstance(joints, int) else tuple(joints)
-    if any(not 1 <= joint <= 6 for joint in names):
-        raise ValueError(f"{effect}: joints {names}, expected 1 to 6")
+    if any(not 1 <= joint <= arm.joints for joint in names):
+        raise ValueError(f"{effect}: joints {names}, expected 1 to {arm.joints}")
     count = max(1, len(names))
     values = (float(magnitude),) * count if isinstance(magnitude, int | float) else tuple(map(float, magnitude))
     if len(values) != count:
@@ -52,7 +53,7 @@ def hide(arm: Arm, effect: str, joints: int | Sequence[int], magnitude: float | 
     act, known = EFFECTS[effect]
     if unknown := set(shape) - set(known):
         raise ValueError(f"{effect}: has no setting {sorted(unknown)}, expected {sorted(known)}")
-    changed = act(arm, _Dose([joint - 1 for joint in names], list(values), known | shape))
+    changed = act(arm, _Dose(arm.joints, [joint - 1 for joint in names], list(values), known | shape))
     memory = Hidden(effect, names, values, tuple((known | shape).items()))
     return replace(changed, hidden=(*arm.hidden, memory))
 
@@ -82,7 +83,7 @@ def _warm_up(arm: Arm, dose: _Dose) -> Arm:
     if not rise:
         return replace(arm, friction=replace(friction, warmth=friction.warmth + dose.row, warm_time=time))
     friction = replace(friction, warmth_per_degree=friction.warmth_per_degree + dose.row)
-    return replace(arm, friction=friction, temperature_rise=np.full(6, float(rise)), temperature_time=time)
+    return replace(arm, friction=friction, temperature_rise=np.full(arm.joints, float(rise)), temperature_time=time)
 
 
 def _coupled(arm: Arm, dose: _Dose) -> Arm:
@@ -102,16 +103,25 @@ def _ripple(arm: Arm, dose: _Dose) -> Arm:
     return replace(arm, drives=replace(arm.drives, ripples=(*arm.drives.ripples, *more)))
 
 
+def _ball(mass: float, com: Any, radius: float) -> Array:
+    """Parameters (10,) of a homogeneous ball about the origin of its frame."""
+    place = pin.SE3(np.eye(3), np.array(com, dtype=float))
+    return mass * pin.Inertia.FromSphere(1.0, radius).se3Action(place).toDynamicParameters()
+
+
 def _body(arm: Arm, dose: _Dose) -> Arm:
     """A homogeneous ball of ``magnitude`` [kg] and ``radius`` [m] at ``com`` [m] in the frame of its link's joint."""
     links = arm.links.copy()
-    for i, mass in zip(dose.joints or [5], dose.magnitude, strict=True):
-        com = links[i, 1:4] / links[i, 0] if dose.shape["com"] is None else np.array(dose.shape["com"], dtype=float)
-        links[i] += (
-            mass
-            * pin.Inertia.FromSphere(1.0, dose.shape["radius"]).se3Action(pin.SE3(np.eye(3), com)).toDynamicParameters()
-        )
+    for i, mass in zip(dose.joints or [arm.joints - 1], dose.magnitude, strict=True):
+        com = links[i, 1:4] / links[i, 0] if dose.shape["com"] is None else dose.shape["com"]
+        links[i] += _ball(mass, com, dose.shape["radius"])
     return replace(arm, links=links)
+
+
+def _dropped(arm: Arm, dose: _Dose) -> Arm:
+    """A ball like a payload's that the last link loses at ``time`` [s]."""
+    body = _ball(dose.magnitude[0], dose.shape["com"], dose.shape["radius"])
+    return replace(arm, dropped=(*arm.dropped, Dropped(dose.shape["time"], body)))
 
 
 def _tilt(arm: Arm, dose: _Dose) -> Arm:
@@ -122,15 +132,12 @@ def _tilt(arm: Arm, dose: _Dose) -> Arm:
 
 
 def _contact(arm: Arm, dose: _Dose) -> Arm:
-    """Forces ``magnitude`` [N] times ``forces`` (P, 3), or times one ``direction`` (3,), from ``start`` to ``end`` [s]."""
-    start, end = dose.shape["start"], dose.shape["end"]
-    pieces = int(np.ceil((end - start) / PIECE - 1e-9))
-    forces = dose.shape["forces"] or [dose.shape["direction"]] * pieces
-    if len(forces) != pieces:
-        raise ValueError(f"contact: {len(forces)} forces for {pieces} pieces of {PIECE} s")
+    """Force ``magnitude`` [N] times ``direction`` (3,) from ``start`` to ``end`` [s], or times ``forces`` (P, 3), each for an
+    equal part of that time."""
+    forces = dose.shape["forces"] or [dose.shape["direction"]]
     size = dose.magnitude[0]
     scaled = tuple((size * x, size * y, size * z) for x, y, z in forces)
-    return replace(arm, contacts=(*arm.contacts, Contact(start, scaled)))
+    return replace(arm, contacts=(*arm.contacts, Contact(dose.shape["start"], dose.shape["end"], scaled)))
 
 
 def _row(kind: str) -> Callable[[Arm, _Dose], Arm]:
@@ -163,4 +170,5 @@ EFFECTS: dict[str, tuple[Callable[[Arm, _Dose], Arm], dict[str, Any]]] = {
     "gravity_tilt": (_tilt, {"direction": 0.7}),
     "joint_zero_offset": (_row("zero_offset"), {}),
     "contact": (_contact, {"start": 5.0, "end": 7.0, "direction": (0.0, 0.0, 1.0), "forces": None}),
+    "dropped_load": (_dropped, {"com": (0.03, -0.02, 0.14), "radius": 0.05, "time": 10.0}),
 }

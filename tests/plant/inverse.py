@@ -7,39 +7,82 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tests.plant.arm import Arm
 from tests.plant.controller import Controller
 from tests.plant.dynamics import simulate
-from tests.plant.friction import SMOOTHING, Friction
+from tests.plant.friction import Friction
+from tests.plant.laws import Bristle, Dry, Smooth
+from tests.plant.report import asked, reported
+from tests.plant.turns import kept
+from tests.truth import Disturbance
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 HEAVY = 1e7  # kg m^2
 FOLLOWING = 60.0  # rad/s: both poles of the control of heavy rotors
 
 
-def torque_along(arm: Arm, time: Array, q: Array, v: Array, a: Array) -> Array:
-    """Reported torque (N, 6) [N m], noise-free and without the delay's first moments, of a dense motion from rest.
+def torque_along(
+    arm: Arm, time: Array, q: Array, v: Array, a: Array, stuck: Flags | None = None, seen: Array | None = None
+) -> Array:
+    """Reported torque (N, n) [N m], noise-free and without the delay's first moments, of a dense motion from rest.
 
-    ``time`` (N,) [s] uniform; ``q`` [rad] as encoders show it, ``v``, ``a`` (N, 6).
+    ``time`` (N,) [s] uniform; ``q`` [rad] as encoders show it, ``v``, ``a`` (N, n). Where dry friction takes any torque, at
+    zero speed or where ``stuck`` (N, n) says so, it is NaN; ``seen`` (N, n) [N m], what was reported of this very motion,
+    helps there where the measurement mixes joints or instants.
     """
     theta = q + arm.zero_offset
+    motor = _overcome(arm, time, theta, v, a)
+    if isinstance(arm.friction.law, Dry):
+        motor[(v == 0) | (False if stuck is None else stuck)] = np.nan
+    return reported(arm, time, theta, v, asked(arm, time, v, motor), seen)
+
+
+def _overcome(arm: Arm, time: Array, theta: Array, v: Array, a: Array) -> Array:
+    """Torque (N, n) [N m] that must act on the rotors."""
     soft = arm.drives.elastic
     link = _link_motion(arm, time, theta, v, a) if len(soft) else (theta, v, a)
     load, spring = _link_torque(arm, time, link)
     motor = load + spring
     # a stiff gear's rotor is in the load, an elastic gear's is on the other side of its spring
+    carried = load.copy()
+    carried[:, soft] = motor[:, soft]
     motor[:, soft] += arm.drives.rotor_inertia[soft] * a[:, soft]
-    friction, warm = arm.friction, arm.friction.warm(time, arm.temperature(time))
-    dry = friction.dry(v, warm) + friction.load_dependent * np.abs(load)
-    motor += np.tanh(v / SMOOTHING) * dry + friction.wet(v, warm) + arm.drives.ripple(theta)
-    if friction.stiffness.any():
-        motor += friction.stiffness * _bristles(theta, friction.slip)
-    delay = arm.drives.time_delay
-    if delay:
-        motor = CubicSpline(time, motor)(np.maximum(time - delay, time[0]))
-    return arm.drives.reported(motor)
+    motor += _friction(arm, time, theta, v, carried) + arm.drives.ripple(theta)
+    resisting = [d for d in arm.disturbances if type(d).resist is not Disturbance.resist]
+    for k in range(len(time)) if resisting else ():
+        for disturbance in resisting:
+            torque = disturbance.resist(time[k], theta[k], v[k])
+            motor[k] += 0.0 if torque is None else torque
+    return motor
+
+
+def _friction(arm: Arm, time: Array, theta: Array, v: Array, load: Array) -> Array:
+    """Friction (N, n) [N m] of joints that carry a load (N, n) [N m]."""
+    friction, law = arm.friction, arm.friction.law
+    warm = friction.warm(time, arm.temperature(time))
+    u = v @ friction.elements.T
+    level = friction.level(u, warm)
+    bristles, dahl = kept(friction, float(time[1] - time[0]), theta, v, warm[:-1])
+    if isinstance(law, Bristle):
+        assert bristles is not None
+        z = _run_through(*bristles)
+        direction, torque = np.clip(z * law.stiffness / level, -1, 1), law.torque(u, z, level)
+    else:
+        direction = law.direction(u) if isinstance(law, Smooth) else np.sign(u)
+        torque = direction * level
+    total = torque @ friction.elements + direction[:, : arm.joints] * friction.load_dependent * np.abs(load)
+    total += friction.wet(v, warm)
+    return total if dahl is None else total + friction.stiffness * _run_through(*dahl)
+
+
+def _run_through(keep: Array, gain: Array) -> Array:
+    """Deflections (N, m) [rad] of bristles that start relaxed."""
+    z = np.zeros((len(keep) + 1, keep.shape[1]))
+    for k in range(len(keep)):
+        z[k + 1] = keep[k] * z[k] + gain[k]
+    return z
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,37 +93,33 @@ class _Replay:
     motion: tuple[Array, Array, Array]
 
     def states(self, time: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities, accelerations (N, 6)."""
+        """Positions, velocities, accelerations (N, n)."""
         return self.motion
 
 
 def _link_motion(arm: Arm, time: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-    """Motion (N, 6) of the links behind elastic gears whose rotors move as given: rotors too heavy to be disturbed."""
-    heavy = np.full(6, HEAVY)
+    """Motion (N, n) of the links behind elastic gears whose rotors move as given: rotors too heavy to be disturbed."""
+    n = arm.joints
+    heavy, none = np.full(n, HEAVY), np.zeros(n)
     drives = replace(arm.drives, rotor_inertia=heavy, ripples=())
-    free = replace(arm, drives=drives, friction=Friction(np.zeros(6), np.zeros(6)), zero_offset=np.zeros(6))
-    follow = Controller(tuple(FOLLOWING**2 * heavy), tuple(2 * FOLLOWING * heavy), tuple(heavy))
+    friction = Friction(none, none, none, none, power=none, load_dependent=none, stiffness=none, warmth=none,
+                        warmth_per_degree=none, onset=none, onset_speed=none + 1)  # fmt: skip
+    free = replace(arm, drives=drives, friction=friction, zero_offset=none, disturbances=())
+    follow = Controller(tuple(FOLLOWING**2 * heavy), tuple(2 * FOLLOWING * heavy), tuple(heavy), arm.bodies)
     run = simulate(free, _Replay(float(time[-1]), (q, v, a)), follow, float(time[1] - time[0]))
     return run.link_q, run.link_v, run.link_a
 
 
 def _link_torque(arm: Arm, time: Array, link: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """Torque (N, 6) of inertia and gravity, and of springs and contacts, at the links."""
-    model = arm.bodies
-    data = model.createData()
-    load = np.array([pin.rnea(model, data, *state) for state in zip(*link, strict=True)])
+    """Torque (N, n) of inertia and gravity, and of springs and contacts, at the links."""
+    data = arm.bodies.createData()
+    load = np.empty_like(link[0])
+    for start, bodies in arm.carried:
+        for k in np.flatnonzero(time + 1e-9 >= start):
+            load[k] = pin.rnea(bodies, data, link[0][k], link[1][k], link[2][k])
     other = arm.spring * link[0]
     if arm.contacts:
         for k, t in enumerate(time):
             contact = arm.contact_torque(data, link[0][k], t)
             other[k] += 0.0 if contact is None else contact
     return load, other
-
-
-def _bristles(q: Array, slip: float) -> Array:
-    """Deflection (N, 6) [rad] of dz = dq - |dq| z/slip, exact for steady motion within each step."""
-    z = np.zeros_like(q)
-    for k, move in enumerate(np.diff(q, axis=0), 1):
-        end = slip * np.sign(move)
-        z[k] = end + (z[k - 1] - end) * np.exp(-np.abs(move) / slip)
-    return z
