@@ -68,7 +68,7 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What all draws of one trial share: the arm, the question, its model and clean recordings of two motions."""
+    """What all draws of one trial share: the arm, the question, its model and clean recordings of one motion or two."""
 
     kind: Kind
     number: int
@@ -134,7 +134,8 @@ def scene_of(world: str, group: int, kind: Kind, number: int, index: int, questi
     own = FROM[kind] + number
     folder = one.folder.parent / f"{own:04d}"
     seed = 1_000_000 * group + 10 * own
-    clean = tuple(one.record(folder / f"clean_{k}", seed + k, one.world.conditions(seed + k)) for k in range(2))
+    healthy = 2 if kind == "single" else 1  # a twin to diagnose, or just enough to see what the model leaves
+    clean = tuple(one.record(folder / f"clean_{k}", seed + k, one.world.conditions(seed + k)) for k in range(healthy))
     if question == "missing":
         model: pid.Estimate | pid.Model = pid.identify(one.robot, [t.recording for t in clean], filter=one.filter)
     else:
