@@ -67,6 +67,7 @@ class _Course:
         self.stepper, self.sticking, self.turns = Stepper(arm), Sticking(arm), Turns(arm)
         self.step = float(arm.time[1] - arm.time[0])
         self.since = np.array([start for start, _ in arm.carried])
+        self.warming = bool(np.ptp(arm.warm, axis=0).any())
 
     def instant(self, row: int, share: float = 0.0) -> Instant:
         """A share of a step after a row; a contact and a carried load change at rows only."""
@@ -75,7 +76,8 @@ class _Course:
         command, warm = self.command[row], arm.warm[row]
         if share:
             command = command + share * (self.command[row + 1] - command)
-            warm = warm + share * (arm.warm[row + 1] - warm)
+            if self.warming:
+                warm = warm + share * (arm.warm[row + 1] - warm)
         return Instant(arm.time[row] + share * self.step, command, warm, row, bodies)
 
     def follow(self) -> tuple[Array, Array, Array, Array, NDArray[np.bool_]]:
@@ -99,7 +101,8 @@ class _Course:
         if not self.dry:
             return state, forces, self.sticking.accelerations(forces, None)
         held = self.sticking.settle(now, state, forces)
-        return replace(state, modes=held.modes), held.forces, held.a
+        state = state if held.modes is state.modes else replace(state, modes=held.modes)
+        return state, held.forces, held.a
 
     def _advance(self, row: int, state: State, forces: Forces) -> State:
         """The state one step after a row."""
@@ -108,7 +111,7 @@ class _Course:
             part = min(part, 1.0 - done)
             new, guess, reached = self._to_first_rest(row, done, part, state, forces)
             # the guess too: a friction that turned and turned back within the step was not followed
-            if reached > SHORTEST and max(self.turns.turned(row, forces, state, s) for s in (new, guess)) > TURN:
+            if reached > SHORTEST and self.turns.turned(row, forces, state, new, guess) > TURN:
                 part = reached / 2
                 continue
             done += reached

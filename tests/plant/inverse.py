@@ -19,6 +19,7 @@ from tests.truth import Disturbance
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+STILL = 1e-9  # rad/s: two moving joints whose motions cancel but for rounding
 HEAVY = 1e7  # kg m^2
 FOLLOWING = 60.0  # rad/s: both poles of the control of heavy rotors
 
@@ -35,7 +36,10 @@ def torque_along(
     theta = q + arm.zero_offset
     motor = _overcome(arm, time, theta, v, a)
     if isinstance(arm.friction.law, Dry):
-        motor[(v == 0) | (False if stuck is None else stuck)] = np.nan
+        rests = (v == 0) | (False if stuck is None else stuck)
+        for pair in arm.friction.couplings:
+            rests[:, [pair.first, pair.second]] |= (np.abs(v[:, pair.first] + v[:, pair.second]) < STILL)[:, None]
+        motor[rests] = np.nan
     return reported(arm, time, theta, v, asked(arm, time, v, motor), seen)
 
 

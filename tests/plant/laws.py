@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 WIDTH = 0.0035  # rad/s: the ordinary arm turns its friction within about two encoder steps a sample
 PARTS = 6  # pieces of a step in which a bristle follows the motion
+EDGE = np.linspace(0.0, 1.0, PARTS + 1)[:, None]
+MIDDLE = (EDGE[1:] + EDGE[:-1]) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +68,10 @@ def path(x: Array, u: Array, step: float) -> tuple[Array, Array]:
 
     Between rows the motion is the cubic with the rows' positions and speeds, so a reversal within a step is not missed.
     """
-    edge = np.linspace(0.0, 1.0, PARTS + 1)[:, None]
-    middle = (edge[1:] + edge[:-1]) / 2
     way, u0, u1 = (x[1:] - x[:-1])[:, None] / step, u[:-1, None], u[1:, None]
     bend, twist = 3 * way - 2 * u0 - u1, u0 + u1 - 2 * way
-    place = step * edge * (u0 + edge * (bend + edge * twist))
-    return np.diff(place, axis=-2), u0 + middle * (2 * bend + 3 * middle * twist)
+    place = step * EDGE * (u0 + EDGE * (bend + EDGE * twist))
+    return place[:, 1:] - place[:, :-1], u0 + MIDDLE * (2 * bend + 3 * MIDDLE * twist)
 
 
 def carry(distance: Array, reach: Array) -> tuple[Array, Array]:

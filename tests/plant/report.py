@@ -40,20 +40,22 @@ def reported(arm: Arm, time: Array, q: Array, v: Array, motor: Array, seen: Arra
     delay, drive constant and offset. ``q``, ``v`` (N, n) as the joints truly moved; unknown (NaN) torques stay unknown, and
     are meanwhile taken as those with which the report is as ``seen``."""
     reporting = [d for d in arm.disturbances if type(d).report is not Disturbance.report]
+    delay = arm.drives.time_delay
     unknown = np.isnan(motor)
 
     def shown(torque: Array) -> Array:
         for disturbance in reporting:
             torque = disturbance.report(time, q, v, torque)
-        return arm.drives.reported(_late(time, torque, arm.drives.time_delay))
+        return arm.drives.reported(_late(time, torque, delay))
 
     if not unknown.any():
         return shown(motor)
     trial = np.where(unknown, 0.0 if seen is None else seen, motor)
-    # what delays or mixes torques shows a little of the unknown ones in others: a few corrections settle it
-    for _ in range(8 if seen is not None and reporting else 0):
+    # a report that mixes torques shows a little of the unknown ones in others: a few corrections settle it
+    for _ in range(ROUNDS if seen is not None and reporting and not delay else 0):
         trial = trial + np.where(unknown, seen - shown(trial), 0.0)
-    return np.where(unknown, np.nan, shown(trial))
+    told = _late(time, unknown.astype(float), delay)
+    return np.where(unknown | (told != 0), np.nan, shown(trial))
 
 
 def _late(time: Array, torque: Array, delay: float) -> Array:

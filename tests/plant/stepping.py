@@ -7,8 +7,6 @@ springs. Elements that stick are taken out of the coordinates, so they do not mo
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
@@ -50,10 +48,9 @@ class Stepper:
         w1 = solver.solve(one.net + rise - g * (arm.all_K @ state.w) - pull)
         y1 = state.w + g * w1
         z1, dahl1 = self._rates(one, g, w1, one.rate, one.dahl_rate)
-        middle = replace(
-            state,
-            y=state.y + step * y1, w=state.w + step * w1, z=state.z + step * z1, dahl=state.dahl + step * dahl1,
-        )  # fmt: skip
+        middle = State(
+            state.y + step * y1, state.w + step * w1, state.z + step * z1, state.dahl + step * dahl1, state.modes
+        )
         two = arm.at(end, middle)
         left = middle.w - 2 * y1
         a2 = _Reduced(two.mass, basis).solve(two.net)
@@ -62,11 +59,13 @@ class Stepper:
         y2 = left + g * w2
         z2, dahl2 = self._rates(one, g, w2, two.rate - 2 * z1, two.dahl_rate - 2 * dahl1)
         h = step / 2
-        last = replace(
-            state,
-            y=state.y + h * (3 * y1 + y2), w=state.w + h * (3 * w1 + w2),
-            z=state.z + h * (3 * z1 + z2), dahl=state.dahl + h * (3 * dahl1 + dahl2),
-        )  # fmt: skip
+        last = State(
+            state.y + h * (3 * y1 + y2),
+            state.w + h * (3 * w1 + w2),
+            state.z + h * (3 * z1 + z2),
+            state.dahl + h * (3 * dahl1 + dahl2),
+            state.modes,
+        )
         return last, middle
 
     def _rates(self, one: Forces, g: float, w: Array, rate: Array, dahl_rate: Array) -> tuple[Array, Array]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,18 +20,18 @@ class Turns:
         self.even = isinstance(self.law, Dry) and not (self.friction.acts["onset"] or self.friction.acts["stribeck"])
         self.remembers = isinstance(self.law, Bristle) or self.friction.acts["stiffness"]
 
-    def turned(self, row: int, forces: Forces, before: State, after: State) -> float:
-        """The largest change of an element's friction between two states, as a share of its level."""
+    def turned(self, row: int, forces: Forces, before: State, *after: State) -> float:
+        """The largest change of an element's friction from one state to others, as a share of its level."""
         if self.even:
             return 0.0
         law = self.law
         if isinstance(law, Bristle):
-            change = law.stiffness * (after.z - before.z)
+            change = law.stiffness * (np.array([state.z for state in after]) - before.z)
         else:
-            u = self.arm.elements @ after.w
+            u = np.array([state.w for state in after]) @ self.arm.elements.T
             direction = law.direction(u) if isinstance(law, Smooth) else before.modes
             change = direction * self.friction.level(u, self.arm.warm[row]) - forces.torque
-        return float(np.max(np.abs(change) / (forces.level + LEAST)))
+        return float((np.abs(change) / (forces.level + LEAST)).max())
 
     def remembered(self, row: int, step: float, before: State, after: State) -> State:
         """The state after a row's step with bristles as the rows alone give them, however finely the step was cut: so a
@@ -44,7 +42,8 @@ class Turns:
         q, v = np.array([before.y[rotor], after.y[rotor]]), np.array([before.w[rotor], after.w[rotor]])
         laws, dahl = kept(self.friction, step, q, v, self.arm.warm[row : row + 1])
         z = after.z if laws is None else laws[0][0] * before.z + laws[1][0]
-        return replace(after, z=z, dahl=after.dahl if dahl is None else dahl[0][0] * before.dahl + dahl[1][0])
+        dahl = after.dahl if dahl is None else dahl[0][0] * before.dahl + dahl[1][0]
+        return State(after.y, after.w, z, dahl, after.modes)
 
 
 Kept = tuple[Array, Array] | None
