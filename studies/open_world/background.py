@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +34,17 @@ class Cable(Disturbance):
 
     def resist(self, time: float, q: Array, v: Array) -> Array:
         """Torque (n,) [N m]."""
-        x = q + self.share * q[self.neighbour] - self.middle
-        pulled = np.logaddexp(0.0, (x - self.slack) / self.bend)
-        pushed = np.logaddexp(0.0, -(x + self.slack) / (2 * self.bend))
-        return self.size * (pulled - 2 * pushed)
+        at, torque = q.tolist(), []
+        for own, (size, k, share, middle, slack, bend) in zip(at, self._rows, strict=True):
+            x = own + share * at[k] - middle
+            torque.append(size * (_beyond((x - slack) / bend) - 2 * _beyond(-(x + slack) / (2 * bend))))
+        return np.array(torque)
+
+    @cached_property
+    def _rows(self) -> list[tuple[float, int, float, float, float, float]]:
+        """The fields joint by joint: this is asked at every step, and plain numbers are quicker than short arrays."""
+        fields = (self.size, self.neighbour, self.share, self.middle, self.slack, self.bend)
+        return list(zip(*(field.tolist() for field in fields), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +63,19 @@ class Cogging(Disturbance):
 
     def resist(self, time: float, q: Array, v: Array) -> Array:
         """Torque (n,) [N m]."""
-        drift = np.sin(self.pitch * q + 2 * np.pi * time / self.period + 3 * self.phase)
-        return self.size * np.sin(self.order * q + self.phase + self.wander * drift)
+        turn = 2 * math.pi * time / self.period
+        return np.array(
+            [
+                size * math.sin(order * x + phase + wander * math.sin(pitch * x + turn + 3 * phase))
+                for x, (size, order, phase, wander, pitch) in zip(q.tolist(), self._rows, strict=True)
+            ]
+        )
+
+    @cached_property
+    def _rows(self) -> list[tuple[float, float, float, float, float]]:
+        """The fields joint by joint."""
+        fields = (self.size, self.order, self.phase, self.wander, self.pitch)
+        return list(zip(*(field.tolist() for field in fields), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +103,21 @@ class BentFriction(Disturbance):
 
     def resist(self, time: float, q: Array, v: Array) -> Array:
         """Torque (n,) [N m]."""
-        x = v / self.speed
-        return self.size * 2 * x / (1 + x * x) * (1 + self.lean * x / (1 + np.abs(x)))
+        torque = []
+        for speed, (size, hump, lean) in zip(v.tolist(), self._rows, strict=True):
+            x = speed / hump
+            torque.append(size * 2 * x / (1 + x * x) * (1 + lean * x / (1 + abs(x))))
+        return np.array(torque)
+
+    @cached_property
+    def _rows(self) -> list[tuple[float, float, float]]:
+        """The fields joint by joint."""
+        return list(zip(self.size.tolist(), self.speed.tolist(), self.lean.tolist(), strict=True))
+
+
+def _beyond(x: float) -> float:
+    """Zero far below zero, x far above it, and bent between: log(1 + exp x)."""
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
 
 
 KINDS = ("cable", "cogging", "cross_talk", "bent_friction")

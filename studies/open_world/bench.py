@@ -46,10 +46,11 @@ class Bench:
         warmer: float,
         effects: tuple[HiddenEffect, ...] = (),
         disturbances: tuple[Disturbance, ...] = (),
+        known: bool = True,
     ) -> Taken:
         """A recording of the motion that a seed draws, with causes hidden in the arm; from disk where it was made before."""
         motion = self.world.motion(self.arm, seed, DURATION)
-        return take(path, self.plant, self.arm, motion, self.sensors, seed, warmer, effects, disturbances)
+        return take(path, self.plant, self.arm, motion, self.sensors, seed, warmer, effects, disturbances, known)
 
     def nominal(self) -> pid.Model:
         """The model of somebody who knows the links, rotors and sliding friction of the arm perfectly."""

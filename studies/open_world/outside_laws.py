@@ -42,7 +42,7 @@ class TightSpot(Disturbance):
 
     def resist(self, time: float, q: Array, v: Array) -> Array:
         """Torque (n,) [N m]."""
-        near = np.exp(-(((q - self.place) / self.width) ** 2) / 2)
+        near = np.exp(((q - self.place) / self.width) ** 2 * -0.5)
         return self.size * near * v / np.sqrt(v * v + self.slow**2)
 
 

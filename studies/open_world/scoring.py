@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
+from studies.open_world.claims import Key, claims
 from studies.open_world.sizing import residual_rms
 from studies.open_world.taken import Taken
 from studies.open_world.trial import Scene, Trial
 from studies.open_world.value import value_error
 
 Array = NDArray[np.float64]
-Key = tuple[str, tuple[int, ...]]
 FALLS = 1.05  # breakaway over sliding friction from which a velocity law's dip is worth a name
 
 
@@ -25,8 +26,8 @@ class Score:
     """Of a diagnosis of hidden effects of the catalogue.
 
     ``first``: the first cause, or its class of rivals, is a hidden one; ``alone``: without a rival; ``size`` of its class;
-    ``named``: every hidden effect is a cause; ``others``: causes beside them that are false; ``own``: causes that are true
-    of the arm's friction and were not hidden; ``lesser``: a hidden effect is listed as less than a cause. ``error`` [%] of
+    ``named``: every hidden effect is a cause; ``others``: false causes beside them, each joint of a finding counted;
+    ``own``: causes that are true of the arm's friction and were not hidden; ``lesser``: a hidden effect is listed as less than a cause. ``error`` [%] of
     the value; ``gain`` [%] of held-out RMS on the joint that shows it. ``told`` in words.
     """
 
@@ -76,26 +77,34 @@ def score(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) 
     causes, rest = split(diagnosis)
     keys: list[Key] = [(h.effect, h.joints) for h in trial.hidden]
     own = true_of(scene)
-    classes = [_class(f) for f in causes]
-    foreign = [c for c in classes if any(k in c for k in keys) or not any(k in c for k in own)]
-    first = bool(foreign) and any(k in foreign[0] for k in keys)
-    error = None
-    exact = [f for f in causes if (f.effect, tuple(f.joints)) == keys[0]]
-    if len(keys) == 1 and exact:
-        error = value_error(scene, trial, changed, exact[0], diagnosis)
+    found = [claims(f) for f in causes]
+    strange = [c for c in found if any(_any(claim, keys) or not _any(claim, own) for claim in c)]
+    right = [claim for c in strange[:1] for claim in c if _any(claim, keys)]
+    everything = [claim for c in found for claim in c]
+    exact = [f for f in causes if len(keys) == 1 and any(keys[0] == k for k in _told_keys(f))]
     return Score(
-        first=first,
-        alone=first and len(foreign[0]) == 1,
-        size=len(foreign[0]) if foreign else 0,
-        named=all(any(k in c for c in classes) for k in keys),
-        others=sum(not any(k in c for k in keys) for c in foreign),
-        own=len(classes) - len(foreign),
-        lesser=any(k in _class(f) for f in rest for k in keys),
-        error=error,
+        first=bool(right),
+        alone=bool(right) and len(right[0]) == 1,
+        size=len(right[0]) if right else 0,
+        named=all(any(k in claim for claim in everything) for k in keys),
+        others=sum(not _any(claim, keys) and not _any(claim, own) for claim in everything),
+        own=sum(not _any(claim, keys) and _any(claim, own) for claim in everything),
+        lesser=any(_any(claim, keys) for f in rest for claim in claims(f)),
+        error=value_error(scene, trial, changed, exact[0], diagnosis) if exact else None,
         gain=gain(scene, trial, changed, diagnosis),
         told=told(diagnosis),
         verdict=diagnosis.verdict,
     )
+
+
+def _any(claim: set[Key], keys: Iterable[Key]) -> bool:
+    return any(key in claim for key in keys)
+
+
+def _told_keys(finding: Any) -> list[Key]:
+    """The effect on each joint that a finding names, without rivals."""
+    bare = SimpleNamespace(effect=finding.effect, joints=finding.joints, rivals=())
+    return [key for claim in claims(bare) for key in claim]
 
 
 def score_outside(
@@ -104,7 +113,7 @@ def score_outside(
     """Judge a diagnosis of recordings in which something acts that has no name in the catalogue."""
     causes, rest = split(diagnosis)
     own = true_of(scene)
-    false = [f for f in causes if not any(k in own for k in _class(f))]
+    false = [f for f in causes if not all(_any(claim, own) for claim in claims(f))]
     described, words = descriptions(diagnosis)
     seen = joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
     placed = {j for f in (*false, *rest) for j in f.joints} | set(described)
@@ -125,9 +134,10 @@ def score_twin(scene: Scene, diagnosis: Any) -> TwinScore:
     """Judge a diagnosis of recordings in which nothing was hidden."""
     causes, rest = split(diagnosis)
     own = true_of(scene)
-    true = sum(any(k in own for k in _class(f)) for f in causes)
+    everything = [claim for f in causes for claim in claims(f)]
+    true = sum(_any(claim, own) for claim in everything)
     described, _ = descriptions(diagnosis)
-    return TwinScore(len(causes) - true, true, bool(described or rest), told(diagnosis), diagnosis.verdict)
+    return TwinScore(len(everything) - true, true, bool(described or rest), told(diagnosis), diagnosis.verdict)
 
 
 def split(diagnosis: Any) -> tuple[list[Any], list[Any]]:
@@ -184,10 +194,6 @@ def gain(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) -
     after = residual_rms(scene.bench, diagnosis.estimate, held)
     joint = trial.joint - 1
     return float(100 * (1 - after[joint] / before[joint]))
-
-
-def _class(finding: Any) -> set[Key]:
-    return {(finding.effect, tuple(finding.joints)), *((r.effect, tuple(r.joints)) for r in finding.rivals)}
 
 
 def _text(f: Any) -> str:

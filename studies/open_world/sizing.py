@@ -15,6 +15,7 @@ from tests.truth import HiddenEffect, Run
 
 Array = NDArray[np.float64]
 OPEN = 0.3  # of a row's surroundings: where a joint is stuck for longer, its torque is open and the row is not judged
+LEAST = 0.05  # share of the rows of a joint below which nothing is said of it
 PILOT_STEP = 4e-3  # s
 
 
@@ -51,6 +52,7 @@ def residual_rms(bench: Bench, model: pid.Estimate | pid.Model, taken: Sequence[
     signals = [pid.prepare(t.recording, bench.filter) for t in taken]
     regressor = pid.build_regressor(bench.robot, known.effects, signals, bench.filter, theta=known.theta)
     judged = _judged(regressor, [(t.recording.time, t.stuck) for t in taken], bench.filter)
+    judged |= judged.mean(axis=0) < LEAST  # a joint that hardly ever moves is judged at rest
     return _rms(regressor.torque - regressor.predict(known.theta), judged)
 
 
@@ -65,7 +67,7 @@ def hidden_rms(bench: Bench, taken: Sequence[Taken], refitted: bool) -> Array:
     if refitted:
         fitted = judged & (~last[:, None] if len(taken) > 1 else True)
         left = left - regressor.predict(_imitation(regressor, fitted))
-    return _rms(left[last], judged[last])
+    return _rms(left[last], judged[last]) * (judged[last].mean(axis=0) >= LEAST)
 
 
 def pilot(bench: Bench, hidden: HiddenEffect, seed: int, warmer: float, refitted: bool) -> Array:

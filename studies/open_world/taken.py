@@ -49,14 +49,20 @@ def take(
     warmer: float,
     effects: tuple[HiddenEffect, ...] = (),
     disturbances: tuple[Disturbance, ...] = (),
+    known: bool = True,
 ) -> Taken:
-    """A run of an arm with causes hidden in it, written and read as a user would; from disk where it was made before."""
+    """A run of an arm with causes hidden in it, written and read as a user would; from disk where it was made before.
+
+    Where the hidden torque is not ``known`` it is not computed, which saves time, and NaN.
+    """
     csv, truth = path.with_suffix(".csv"), path.with_suffix(".npz")
     if not truth.exists():
         begun = time.process_time()
         changed = replace(arm, effects=(*arm.effects, *effects), disturbances=(*arm.disturbances, *disturbances))
         run = _sound(plant.simulate(changed, motion, warmer=warmer), motion)
-        hidden = run.torque - plant.torque_along(arm, run) if effects or disturbances else np.zeros_like(run.torque)
+        hidden = np.full_like(run.torque, 0.0 if known else np.nan)
+        if known and (effects or disturbances):
+            hidden = run.torque - plant.torque_along(arm, run)
         path.parent.mkdir(parents=True, exist_ok=True)
         sensors.write(run, seed, csv)
         stuck = np.zeros_like(run.q, dtype=bool) if run.at_rest is None else run.at_rest

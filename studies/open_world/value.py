@@ -21,7 +21,7 @@ BY_TORQUE = frozenset({"coupled_friction", "link_inertia", "warm_up", "torque_ri
 GRAVITY = 9.81  # m/s^2
 
 
-def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: Any, diagnosis: Any) -> float:
+def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: Any, diagnosis: Any) -> float | None:
     """Error [%] of a finding's value; of its torque on the motion that shows it, where a shape or several values decide."""
     (hidden,) = trial.hidden
     if hidden.effect in BY_TORQUE:
@@ -33,14 +33,17 @@ def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: A
         angle = hidden.shape["direction"]
         truth = GRAVITY * np.sin(hidden.size) * np.array([np.cos(angle), np.sin(angle)])
         return float(100 * np.linalg.norm(np.array([values["x"], values["y"]]) - truth) / np.linalg.norm(truth))
-    return float(100 * abs(finding.parameters[0].change / hidden.size - 1))
+    mine = [v for v in finding.parameters if not hidden.joints or v.joint == hidden.joints[0]]
+    return float(100 * abs(mine[0].change / hidden.size - 1))
 
 
-def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], diagnosis: Any) -> float:
+def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], diagnosis: Any) -> float | None:
     """Error [%] of the torque of a finding's change, after the filter, where the hidden torque is determined."""
     held = changed[0 if hidden.effect in ONCE else -1]
     model = diagnosis.estimate.model
     same = [e for e in model.effects if e.name == hidden.effect and e.joints in (None, hidden.joints)]
+    if not same:
+        return None
     effect = same[-1]
     mine = [e is effect for e in model.effects for _ in e.columns(model.robot)]
     start = scene.model.model if isinstance(scene.model, pid.Estimate) else scene.model
