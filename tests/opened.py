@@ -13,7 +13,8 @@ from physident.diagnosis.question import ask
 from physident.diagnosis.search import settled
 from physident.diagnosis.state import State
 from physident.estimation.identify import prepare_all
-from tests.plant import Arm, Sensors, multisine, record
+from tests.exact_friction import exact_arm
+from tests.plant import Sensors, multisine, record
 
 SEEDS = (31, 33, 35, 37)
 
@@ -21,7 +22,7 @@ SEEDS = (31, 33, 35, 37)
 def record_healthy(folder: Path) -> list[pid.Recording]:
     """Four recordings of one healthy arm, made in a folder."""
     for seed in SEEDS:
-        record(Arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+        record(exact_arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
     return [pid.load_recording(folder / f"{seed}.csv") for seed in SEEDS]
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
+from tests.exact_friction import exact_arm
 from tests.plant import Arm, Sensors, hide, multisine, record
 
 
@@ -27,12 +28,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def clean(folder: Path) -> list[pid.Recording]:
-    return [recorded(folder, "clean", Arm(), seed) for seed in (1, 3, 5)]
+    return [recorded(folder, "clean", exact_arm(), seed) for seed in (1, 3, 5)]
 
 
 @pytest.fixture(scope="module")
 def changed(folder: Path) -> list[pid.Recording]:
-    arm = hide(hide(Arm(), "load_dependent_friction", 2, 0.08), "coulomb_friction", 4, 0.5)
+    arm = hide(hide(exact_arm(), "load_dependent_friction", 2, 0.08), "coulomb_friction", 4, 0.5)
     return [recorded(folder, "changed", arm, seed) for seed in (7, 9)]
 
 
@@ -68,7 +69,7 @@ def test_findings_come_in_order_of_evidence_and_no_placebo_passes(different: pid
 def test_the_extended_model_predicts_an_unseen_run_of_the_changed_arm(
     different: pid.Diagnosis, estimate: pid.Estimate, folder: Path
 ) -> None:
-    arm = hide(hide(Arm(), "load_dependent_friction", 2, 0.08), "coulomb_friction", 4, 0.5)
+    arm = hide(hide(exact_arm(), "load_dependent_friction", 2, 0.08), "coulomb_friction", 4, 0.5)
     unseen = recorded(folder, "unseen", arm, 11)
     assert different.estimate is not None
     gain = pid.compare(estimate, different.estimate, [unseen])
@@ -100,7 +101,7 @@ def test_what_a_model_was_fitted_without_is_missing_from_it(ur5: pid.Robot, chan
 
 
 def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estimate, folder: Path) -> None:
-    arm = hide(Arm(), "contact", (), 20.0, start=6.0, end=7.5, direction=(0.0, 1.0, 0.0))
+    arm = hide(exact_arm(), "contact", (), 20.0, start=6.0, end=7.5, direction=(0.0, 1.0, 0.0))
     diagnosis = pid.diagnose(estimate, [recorded(folder, "contact", arm, 13)])
     (finding,) = diagnosis.findings
     assert (finding.effect, finding.joints) == ("contact", ())

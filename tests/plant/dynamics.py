@@ -121,7 +121,9 @@ class _Course:
             state, forces, _ = self._held(self.instant(row, done), new)
         raise RuntimeError(f"friction turns too often near {self.arm.time[row]:.4f} s")
 
-    def _to_first_rest(self, row: int, done: float, part: float, state: State, forces: Forces) -> tuple[State, State, float]:
+    def _to_first_rest(
+        self, row: int, done: float, part: float, state: State, forces: Forces
+    ) -> tuple[State, State, float]:
         """The state a part of a step further, or where the first sliding element comes to rest before, the step's guess of
         it, and that part."""
         basis = self.sticking.basis(state.modes) if self.dry else None

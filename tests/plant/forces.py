@@ -156,7 +156,7 @@ class Controlled:
             total[:n] -= 0.0 if contact is None else contact
         u = self.elements @ w if friction.couplings else v
         level = friction.level(u, now.warm)
-        direction, torque, slope, *bristle = _turned(friction, u, level, state)
+        direction, torque, slope, rate, decay, gain, feel = _turned(friction, u, level, state)
         total[rotor] -= torque @ friction.elements if friction.couplings else torque
         before = total[rotor]
         before[self.soft] = total[:n][self.soft]
@@ -164,7 +164,9 @@ class Controlled:
             self._load(total, direction[:n])
         mass = self.mass(now.bodies, state.y[:n])
         total[:n] -= pin.nonLinearEffects(now.bodies, self.data, state.y[:n], w[:n])
-        return Forces(total, mass, asked, before, u, level, torque, slope, *bristle, dahl_rate, dahl_decay)
+        return Forces(
+            total, mass, asked, before, u, level, torque, slope, rate, decay, gain, feel, dahl_rate, dahl_decay
+        )  # fmt: skip
 
     def mass(self, bodies: Any, q: Array) -> Array:
         """Mass matrix (size, size) at link positions (n,)."""

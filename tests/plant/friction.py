@@ -63,7 +63,16 @@ class Friction:
     @cached_property
     def acts(self) -> dict[str, bool]:
         """Which kinds are there at all, so that the others cost nothing."""
-        names = ("asymmetry", "stribeck", "power", "load_dependent", "stiffness", "warmth", "warmth_per_degree", "onset")
+        names = (
+            "asymmetry",
+            "stribeck",
+            "power",
+            "load_dependent",
+            "stiffness",
+            "warmth",
+            "warmth_per_degree",
+            "onset",
+        )
         return {name: bool(getattr(self, name).any()) for name in names} | {"couplings": bool(self.couplings)}
 
     @cached_property
@@ -91,7 +100,9 @@ class Friction:
             total = np.maximum(total, LEAST)
         if not acts["couplings"]:
             return total
-        return np.concatenate([total, np.broadcast_to(self.pairs[0], (*u.shape[:-1], len(self.couplings)))], axis=-1)
+        shape = u.shape[:-1]
+        total = np.broadcast_to(total, v.shape)
+        return np.concatenate([total, np.broadcast_to(self.pairs[0], (*shape, len(self.couplings)))], axis=-1)
 
     def wet(self, v: Array, warm: Array) -> Array:
         """What has no sgn v (..., n) [N m]."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from tests.plant.arm import Arm
-from tests.plant.controller import Controller
-from tests.plant.dynamics import simulate
-from tests.plant.friction import Friction
 from tests.plant.laws import Bristle, Dry, Smooth
+from tests.plant.links import link_motion
 from tests.plant.report import asked, reported
 from tests.plant.turns import kept
 from tests.truth import Disturbance
@@ -20,8 +16,6 @@ from tests.truth import Disturbance
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 STILL = 1e-9  # rad/s: two moving joints whose motions cancel but for rounding
-HEAVY = 1e7  # kg m^2
-FOLLOWING = 60.0  # rad/s: both poles of the control of heavy rotors
 
 
 def torque_along(
@@ -46,14 +40,12 @@ def torque_along(
 def _overcome(arm: Arm, time: Array, theta: Array, v: Array, a: Array) -> Array:
     """Torque (N, n) [N m] that must act on the rotors."""
     soft = arm.drives.elastic
-    link = _link_motion(arm, time, theta, v, a) if len(soft) else (theta, v, a)
+    link = link_motion(arm, time, theta, v, a) if len(soft) else (theta, v, a)
     load, spring = _link_torque(arm, time, link)
     motor = load + spring
     # a stiff gear's rotor is in the load, an elastic gear's is on the other side of its spring
-    carried = load.copy()
-    carried[:, soft] = motor[:, soft]
     motor[:, soft] += arm.drives.rotor_inertia[soft] * a[:, soft]
-    motor += _friction(arm, time, theta, v, carried) + arm.drives.ripple(theta)
+    motor += _friction(arm, time, theta, v, load) + arm.drives.ripple(theta)
     resisting = [d for d in arm.disturbances if type(d).resist is not Disturbance.resist]
     for k in range(len(time)) if resisting else ():
         for disturbance in resisting:
@@ -87,31 +79,6 @@ def _run_through(keep: Array, gain: Array) -> Array:
     for k in range(len(keep)):
         z[k + 1] = keep[k] * z[k] + gain[k]
     return z
-
-
-@dataclass(frozen=True, eq=False)
-class _Replay:
-    """A motion known at the very steps of a simulation."""
-
-    duration: float
-    motion: tuple[Array, Array, Array]
-
-    def states(self, time: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities, accelerations (N, n)."""
-        return self.motion
-
-
-def _link_motion(arm: Arm, time: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-    """Motion (N, n) of the links behind elastic gears whose rotors move as given: rotors too heavy to be disturbed."""
-    n = arm.joints
-    heavy, none = np.full(n, HEAVY), np.zeros(n)
-    drives = replace(arm.drives, rotor_inertia=heavy, ripples=())
-    friction = Friction(none, none, none, none, power=none, load_dependent=none, stiffness=none, warmth=none,
-                        warmth_per_degree=none, onset=none, onset_speed=none + 1)  # fmt: skip
-    free = replace(arm, drives=drives, friction=friction, zero_offset=none, disturbances=())
-    follow = Controller(tuple(FOLLOWING**2 * heavy), tuple(2 * FOLLOWING * heavy), tuple(heavy), arm.bodies)
-    run = simulate(free, _Replay(float(time[-1]), (q, v, a)), follow, float(time[1] - time[0]))
-    return run.link_q, run.link_v, run.link_a
 
 
 def _link_torque(arm: Arm, time: Array, link: tuple[Array, Array, Array]) -> tuple[Array, Array]:

@@ -50,9 +50,11 @@ def reported(arm: Arm, time: Array, q: Array, v: Array, motor: Array, seen: Arra
 
     if not unknown.any():
         return shown(motor)
-    trial = np.where(unknown, 0.0 if seen is None else seen, motor)
+    if seen is None:
+        seen = shown(np.where(unknown, 0.0, motor))
+    trial = np.where(unknown, seen, motor)
     # a report that mixes torques shows a little of the unknown ones in others: a few corrections settle it
-    for _ in range(ROUNDS if seen is not None and reporting and not delay else 0):
+    for _ in range(ROUNDS if reporting and not delay else 0):
         trial = trial + np.where(unknown, seen - shown(trial), 0.0)
     told = _late(time, unknown.astype(float), delay)
     return np.where(unknown | (told != 0), np.nan, shown(trial))

@@ -35,7 +35,7 @@ class Stepper:
         rise = np.zeros(arm.size)
         rise[arm.rotor] = GAMMA * (end.command - start.command)
         J = one.mass + g * arm.all_D + g * g * arm.all_K
-        slope, pull = one.slope, 0.0
+        slope, pull, share = one.slope, 0.0, one.slope
         if self.bristles:
             share = g * one.feel / (1 + g * one.decay)
             slope = slope + share * one.gain

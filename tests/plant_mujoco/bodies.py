@@ -57,7 +57,7 @@ def compiled(made: Machine, links: Array) -> Bodies:
     for j, joint in enumerate(made.tree.joints):
         body = _placed(body, f"link{j}", joint.place)
         kind = mj.mjtJoint.mjJNT_HINGE if joint.kind == "hinge" else mj.mjtJoint.mjJNT_SLIDE
-        body.add_joint(name=f"motor{j}", type=kind, axis=joint.axis, frictionloss=float(dry))
+        body.add_joint(name=f"motor{j}", type=kind, axis=joint.axis, frictionloss=float(dry), armature=1.0)
         if made.compliance[j]:
             body.add_joint(name=f"twist{j}", type=kind, axis=joint.axis)
         if made.play[j]:

@@ -49,7 +49,7 @@ class Forward:
         self.dry = made.friction.kind == "dry"
         self.pairs = [(p.first, p.second) for p in made.couplings]
         self.frozen = np.array([p.dry for p in made.couplings])
-        self.loaded = bool(made.friction.load.any())
+        self.loaded = made.friction.loaded
         self.sprung = bool(made.spring.any())
         widths = made.friction.width if made.friction.kind == "smooth" else np.ones(made.n)
         self.tolerance = min(TOLERANCE, 0.02 * float(np.min(widths)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -35,6 +36,16 @@ class Friction:
     dips: tuple[tuple[Array, float], ...] = ()
     powers: tuple[tuple[Array, float], ...] = ()
 
+    @cached_property
+    def loaded(self) -> bool:
+        """Whether any friction grows with load."""
+        return bool(self.load.any())
+
+    @cached_property
+    def hysteretic(self) -> bool:
+        """Whether any joint has a hidden bristle."""
+        return bool(self.hysteresis.any())
+
     def level(self, v: Array, load: Array, warm: Array) -> Array:
         """Friction (..., n) [N m] of a joint that slides at v (..., n) [rad/s] under a load [N m], viscous part left out."""
         rare = np.maximum(self.stribeck_speed, 1e-12)
@@ -43,7 +54,7 @@ class Friction:
             total = total + row * np.exp(-np.square(v / speed))
         for row, exponent in self.powers:
             total = total + row * np.abs(v) ** exponent
-        if self.load.any():
+        if self.loaded:
             total = total + self.load * np.abs(load)
         return np.maximum(total, 0.0)
 

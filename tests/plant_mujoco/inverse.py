@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import mujoco as mj
 import numpy as np
@@ -25,7 +26,7 @@ ROUNDS = 30
 def spans(parts: Parts, count: int) -> Iterator[tuple[Bodies, slice]]:
     """The bodies and the rows of N for which they are there."""
     begins = [*sorted(parts), count]
-    for begin, end in zip(begins[:-1], begins[1:], strict=True):
+    for begin, end in pairwise(begins):
         yield parts[begin], slice(begin, end)
 
 
@@ -72,7 +73,7 @@ def near_zero(made: Machine, time: Array, v: Array, load: Array) -> Array:
         total = np.where(rest, np.nan, np.sign(v) * level)
     elif law.kind == "smooth":
         total = smooth(level, law.width, v)
-    if law.kind == "bristle" or law.hysteresis.any():
+    if law.kind == "bristle" or law.hysteretic:
         z = np.zeros((2, made.n))
         for k, speed in enumerate(v):
             near = sticking(law, speed, load[k], warm[k], z, step)

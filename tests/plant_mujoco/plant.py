@@ -14,13 +14,13 @@ from tests.plant_mujoco.control import Control, control
 from tests.plant_mujoco.forward import Forward
 from tests.plant_mujoco.friction import Friction
 from tests.plant_mujoco.hidden import ACTS, machine
-from tests.plant_mujoco.inverse import RESTING, asked, carried, loads, near_zero
+from tests.plant_mujoco.inverse import asked, carried, loads, near_zero
 from tests.plant_mujoco.machine import REFERENCE, Machine
 from tests.truth import ArmTruth, Motion, Run
 
 Array = NDArray[np.float64]
 STEP = 5e-4  # s
-SETTLING = 0.5  # s
+SETTLING, SETTLING_STEP = 1.5, 1e-3  # s
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class MujocoPlant:
         made = machine(arm, warmer)
         ahead = control(arm, motion.states(time))
         parts = _parts(made, time)
-        start = settled(made, parts[0], ahead, step)
+        start = settled(made, parts[0], ahead)
         trace = Forward(made, ahead, time, step).run(parts, (start, np.zeros(parts[0].model.nv)))
         _, needed = loads(made, parts, time, (trace.q, trace.v, trace.a))
         dof, pos = parts[0].dof, parts[0].pos
@@ -57,12 +57,12 @@ class MujocoPlant:
         if parts[0].model.nv > made.n:
             first = _hung(made, parts[0], motors[0][0])
             held = _held(made, motors[0][0])
-            first = settled(replace(made, disturbances=()), parts[0], held, float(time[1] - time[0]), first)
+            first = settled(replace(made, disturbances=()), parts[0], held, first)
             state = carried(made, parts, time, motors, first)
         rigid, needed = loads(made, parts, time, state)
         needed = needed + near_zero(made, time, run.v, rigid)
         if made.friction.kind == "dry" and run.at_rest is not None:
-            needed[run.at_rest & (np.abs(run.v) < 1e3 * RESTING)] = np.nan
+            needed[run.at_rest] = np.nan
         return reported(made, time, motors[0], run.v, asked(made, time, run.v, needed))
 
 
@@ -79,10 +79,11 @@ def _parts(made: Machine, time: Array) -> dict[int, Bodies]:
     return parts
 
 
-def _hung(made: Machine, bodies: Bodies, theta: Array) -> Array:
-    """Generalised positions (nq,) with the motors at theta (n,) and a swinging load along gravity."""
+def _hung(made: Machine, bodies: Bodies, theta: Array, rest: Array | None = None) -> Array:
+    """Generalised positions (nq,) with the motors at theta (n,), other joints as in ``rest`` and a swinging load along
+    gravity."""
     model, data = bodies.model, bodies.data
-    data.qpos[:] = model.qpos0
+    data.qpos[:] = model.qpos0 if rest is None else rest
     data.qpos[bodies.pos] = theta
     if made.pendulum:
         mj.mj_kinematics(model, data)
@@ -101,20 +102,23 @@ def _held(made: Machine, theta: Array) -> Control:
     return Control(stiffness, stiffness / 50, (stiffness * (theta - made.zero))[None])
 
 
-def settled(made: Machine, bodies: Bodies, ahead: Control, step: float, start: Array | None = None) -> Array:
+def settled(made: Machine, bodies: Bodies, ahead: Control, start: Array | None = None) -> Array:
     """Generalised positions (nq,) at which the arm stands still at time 0 without the help of friction.
 
-    The passive joints are damped so heavily meanwhile that they come to rest.
+    The passive joints are damped so heavily meanwhile that they come to rest; a swinging load is hung anew in the end.
     """
-    count, zero = round(SETTLING / step), np.zeros(made.n)
+    count, zero = round(SETTLING / SETTLING_STEP), np.zeros(made.n)
     hold = replace(ahead, command=np.repeat(ahead.command[:1], count, axis=0))
     easy = replace(made, friction=_without(made.friction), couplings=())
-    heavy = bodies.damping + 0.05 * bodies.stiffness
-    first = _hung(made, bodies, (ahead.command[0] / ahead.stiffness) + made.zero) if start is None else start
-    forward = Forward(easy, hold, zero[:1].repeat(count), step)
-    still = (first, np.zeros(bodies.model.nv))
-    trace = forward.run({0: replace(bodies, damping=heavy)}, still)
-    return trace.q[-1]
+    heavy = replace(bodies, damping=20 * bodies.damping + 0.05 * bodies.stiffness)
+    forward = Forward(easy, hold, zero[:1].repeat(count), SETTLING_STEP)
+    now = _hung(made, bodies, ahead.command[0] / ahead.stiffness + made.zero) if start is None else start
+    for _ in range(2 if made.pendulum else 1):
+        trace = forward.run({0: heavy}, (now, np.zeros(bodies.model.nv)))
+        now = trace.q[-1]
+        if made.pendulum:
+            now = _hung(made, bodies, now[bodies.pos], now)
+    return now
 
 
 def _without(law: Friction) -> Friction:

@@ -30,6 +30,8 @@ class Sticking:
 
     def bent(self, v: Array) -> Array:
         """Deflections (2, n) [rad] of the bristles after the step."""
+        if self.bristles == (None, None):
+            return np.zeros((2, len(v)))
         return np.array([np.zeros(len(v)) if b is None else b.kept + b.gained * v for b in self.bristles])
 
 
@@ -44,7 +46,7 @@ def sticking(law: Friction, guess: Array, load: Array, warm: Array, z: Array, st
     if law.kind == "bristle":
         rate = law.bristle_stiffness * np.abs(guess) / np.maximum(level, 1e-9)
         own = bend(z[0], rate, step, law.bristle_stiffness, law.bristle_damping)
-    if law.hysteresis.any():
+    if law.hysteretic:
         hidden = bend(z[1], np.abs(guess) / law.slip, step, law.hysteresis, np.zeros(len(guess)))
     for b in (own, hidden):
         if b is not None:
