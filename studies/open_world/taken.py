@@ -16,6 +16,7 @@ from tests.truth import ArmTruth, Disturbance, HiddenEffect, Motion, Plant, Run
 Array = NDArray[np.float64]
 KEPT = 200.0  # Hz of the truth on disk
 ASTRAY = 0.6  # rad|m from the plan: an arm that fell or ran away is no recording
+ROUNDS = 12  # until a mixture of torques of some per cent is unmixed
 SPENT = {"simulation": 0.0}  # s of processor time
 
 
@@ -62,7 +63,7 @@ def take(
         run = _sound(plant.simulate(changed, motion, warmer=warmer), motion)
         hidden = np.full_like(run.torque, 0.0 if known else np.nan)
         if known and (effects or disturbances):
-            hidden = run.torque - plant.torque_along(arm, run)
+            hidden = run.torque - torque_along(plant, arm, run)
         path.parent.mkdir(parents=True, exist_ok=True)
         sensors.write(run, seed, csv)
         stuck = np.zeros_like(run.q, dtype=bool) if run.at_rest is None else run.at_rest
@@ -72,6 +73,28 @@ def take(
         part.replace(truth)
         SPENT["simulation"] += time.process_time() - begun
     return _read(csv, truth, getattr(motion, "kind", type(motion).__name__.lower()))
+
+
+def torque_along(plant: Plant, arm: ArmTruth, run: Run) -> Array:
+    """Reported torque (N, n) [N m] that an arm needs for the motion of a run; NaN for a stuck joint, and for it alone.
+
+    An instrument that mixes torques shows a little of a stuck joint's torque in the others; that little is taken from what the
+    run reported of the stuck joint.
+    """
+    mixing = [d for d in arm.background if type(d).report is not Disturbance.report]
+    if not mixing or run.at_rest is None:
+        return plant.torque_along(arm, run)
+    rest = tuple(d for d in arm.background if d not in mixing)
+    torque = plant.torque_along(replace(arm, background=rest), run)
+    unknown = np.isnan(torque)
+    trial = np.where(unknown, run.torque, torque)
+    shown = trial
+    for _ in range(ROUNDS):
+        shown = trial
+        for disturbance in mixing:
+            shown = disturbance.report(run.time, run.q, run.v, shown)
+        trial = trial + np.where(unknown, run.torque - shown, 0.0)
+    return np.where(unknown, np.nan, shown)
 
 
 def _read(csv: Path, truth: Path, kind: str) -> Taken:
