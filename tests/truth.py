@@ -137,9 +137,15 @@ class Run:
 class Plant(Protocol):
     """A simulated arm under its own position control."""
 
-    name: str
-    effects: frozenset[str]
-    """Names of the ``HiddenEffect`` that it can do."""
+    @property
+    def name(self) -> str:
+        """The engine in a word."""
+        ...
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Names of the ``HiddenEffect`` that it can do."""
+        ...
 
     def simulate(self, arm: ArmTruth, motion: Motion, *, warmer: float = 0.0, step: float | None = None) -> Run:
         """The arm following a motion from rest; ``warmer`` [K]: how much warmer it is than at temperature 25 degC."""

@@ -1,0 +1,87 @@
+"""Does a diagnosis name the right cause in a world that its author did not make, and does it know when it cannot?"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy loads: one process a core
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import sys
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from studies.open_world.bench import CACHE
+from studies.open_world.judge import Job, judge, line
+from studies.open_world.summary import summary, table
+from studies.open_world.trial import FROM, Kind
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--world", choices=("first", "second"), default="first")
+    parser.add_argument("--set", type=int, default=1, help="which seeds; 1 is reported, others are for development")
+    parser.add_argument("--trials", type=int, default=100)
+    parser.add_argument("--pairs", type=int, default=0)
+    parser.add_argument("--outside", type=int, default=0)
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--resume", action="store_true", help="leave out what is in the file of results already")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="KIND:NUMBER", help="of these trials, as pair:3, only some"
+    )
+    parser.add_argument(
+        "--keep", action="store_true", help="write results.json and the README's table, and run nothing"
+    )
+    asked = parser.parse_args()
+    rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
+    rows_file.parent.mkdir(parents=True, exist_ok=True)
+    if asked.keep:
+        _kept(asked.set)
+        return
+    if not asked.resume and not asked.only:
+        rows_file.unlink(missing_ok=True)
+    print(table(summary(_run(asked, rows_file))))
+
+
+def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
+    """Judge the trials that are asked for, append a line each, and return all rows of the file."""
+    counts: dict[Kind, int] = {"single": asked.trials, "pair": asked.pairs, "outside": asked.outside}
+    jobs: list[Job] = [(asked.world, asked.set, kind, n) for kind, count in counts.items() for n in range(count)]
+    if asked.only:
+        jobs = [job for job in jobs if f"{job[2]}:{job[3]}" in asked.only]
+    done = {(r["kind"], r["number"]) for r in _read(rows_file)} if asked.resume else set()
+    jobs = [job for job in jobs if (job[2], FROM[job[2]] + job[3]) not in done]
+    with Pool(asked.processes) as pool, rows_file.open("a", encoding="utf-8") as stream:
+        for count, row in enumerate(pool.imap_unordered(judge, jobs), 1):
+            stream.write(json.dumps(row) + "\n")
+            stream.flush()
+            print(f"{count}/{len(jobs)} {line(row)}", flush=True)
+    return _read(rows_file)
+
+
+def _kept(group: int) -> None:
+    """Write results.json and the README's table from a set of each world that was run."""
+    from studies.kept import keep
+
+    names = {"first": "First world", "second": "Second world, drawn by other code"}
+    found = {world: _read(CACHE / world / f"set{group}.jsonl") for world in names}
+    sets = {world: summary(rows) for world, rows in found.items() if rows}
+    text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())
+    keep(Path(__file__).parent, {"set": group, "worlds": sets}, text)
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    """All rows of a file, the last one of each trial."""
+    if not path.exists():
+        return []
+    rows = [json.loads(text) for text in path.read_text(encoding="utf-8").splitlines()]
+    return list({(r["kind"], r["number"]): r for r in rows}.values())
+
+
+if __name__ == "__main__":
+    main()

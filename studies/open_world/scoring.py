@@ -1,0 +1,203 @@
+"""What a diagnosis is worth: the right cause and joints, nothing beside them, the right value - or rightly nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import physident as pid
+from studies.open_world.claims import Key, claims
+from studies.open_world.sizing import residual_rms
+from studies.open_world.taken import Taken
+from studies.open_world.trial import Scene, Trial
+from studies.open_world.value import value_error
+
+Array = NDArray[np.float64]
+FALLS = 1.05  # breakaway over sliding friction from which a velocity law's dip is worth a name
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of a diagnosis of hidden effects of the catalogue.
+
+    ``first``: the first cause, or its class of rivals, is a hidden one; ``alone``: without a rival; ``size`` of its class;
+    ``named``: every hidden effect is a cause; ``others``: false causes beside them, each joint of a finding counted;
+    ``own``: causes that are true of the arm's friction and were not hidden; ``lesser``: a hidden effect is listed as less than a cause. ``error`` [%] of
+    the value; ``gain`` [%] of held-out RMS on the joint that shows it. ``told`` in words.
+    """
+
+    first: bool
+    alone: bool
+    size: int
+    named: bool
+    others: int
+    own: int
+    lesser: bool
+    error: float | None
+    gain: float | None
+    told: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class OutsideScore:
+    """Of a diagnosis of a cause outside of the catalogue: ``wrong``: a false name is given as a cause; ``joint``: whatever is
+    told is on a right joint; ``described``: there is a description on some joint; ``right_description``: on a right joint;
+    ``silent``: neither name nor description. ``gain`` [%] as above."""
+
+    wrong: bool
+    joint: bool
+    described: bool
+    right_description: bool
+    silent: bool
+    gain: float | None
+    told: str
+    described_as: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class TwinScore:
+    """Of a diagnosis of clean recordings: causes that are ``false``, and ones that are true of the arm's friction (``own``)."""
+
+    false: int
+    own: int
+    described: bool
+    told: str
+    verdict: str
+
+
+def score(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) -> Score:
+    """Compare a diagnosis of changed recordings with what was hidden."""
+    causes, rest = split(diagnosis)
+    keys: list[Key] = [(h.effect, h.joints) for h in trial.hidden]
+    own = true_of(scene)
+    found = [claims(f) for f in causes]
+    strange = [c for c in found if any(_any(claim, keys) or not _any(claim, own) for claim in c)]
+    right = [claim for c in strange[:1] for claim in c if _any(claim, keys)]
+    everything = [claim for c in found for claim in c]
+    exact = [f for f in causes if len(keys) == 1 and any(keys[0] == k for k in _told_keys(f))]
+    return Score(
+        first=bool(right),
+        alone=bool(right) and len(right[0]) == 1,
+        size=len(right[0]) if right else 0,
+        named=all(any(k in claim for claim in everything) for k in keys),
+        others=sum(not _any(claim, keys) and not _any(claim, own) for claim in everything),
+        own=sum(not _any(claim, keys) and _any(claim, own) for claim in everything),
+        lesser=any(_any(claim, keys) for f in rest for claim in claims(f)),
+        error=value_error(scene, trial, changed, exact[0], diagnosis) if exact else None,
+        gain=gain(scene, trial, changed, diagnosis),
+        told=told(diagnosis),
+        verdict=diagnosis.verdict,
+    )
+
+
+def _any(claim: set[Key], keys: Iterable[Key]) -> bool:
+    return any(key in claim for key in keys)
+
+
+def _told_keys(finding: Any) -> list[Key]:
+    """The effect on each joint that a finding names, without rivals."""
+    bare = SimpleNamespace(effect=finding.effect, joints=finding.joints, rivals=())
+    return [key for claim in claims(bare) for key in claim]
+
+
+def score_outside(
+    scene: Scene, trial: Trial, joints: tuple[int, ...], changed: Sequence[Taken], diagnosis: Any
+) -> OutsideScore:
+    """Judge a diagnosis of recordings in which something acts that has no name in the catalogue."""
+    causes, rest = split(diagnosis)
+    own = true_of(scene)
+    false = [f for f in causes if not all(_any(claim, own) for claim in claims(f))]
+    described, words = descriptions(diagnosis)
+    seen = joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
+    placed = {j for f in (*false, *rest) for j in f.joints} | set(described)
+    return OutsideScore(
+        wrong=bool(false),
+        joint=any(j in placed for j in seen),
+        described=bool(described or rest),
+        right_description=any(j in described or any(j in f.joints for f in rest) for j in seen),
+        silent=not (false or described or rest),
+        gain=gain(scene, trial, changed, diagnosis),
+        told=told(diagnosis),
+        described_as=words,
+        verdict=diagnosis.verdict,
+    )
+
+
+def score_twin(scene: Scene, diagnosis: Any) -> TwinScore:
+    """Judge a diagnosis of recordings in which nothing was hidden."""
+    causes, rest = split(diagnosis)
+    own = true_of(scene)
+    everything = [claim for f in causes for claim in claims(f)]
+    true = sum(_any(claim, own) for claim in everything)
+    described, _ = descriptions(diagnosis)
+    return TwinScore(len(everything) - true, true, bool(described or rest), told(diagnosis), diagnosis.verdict)
+
+
+def split(diagnosis: Any) -> tuple[list[Any], list[Any]]:
+    """Findings that are causes, and those that are graded as less."""
+    grades = [getattr(f, "grade", "cause") for f in diagnosis.findings]
+    causes = [f for f, grade in zip(diagnosis.findings, grades, strict=True) if grade == "cause"]
+    return causes, [f for f, grade in zip(diagnosis.findings, grades, strict=True) if grade != "cause"]
+
+
+def true_of(scene: Scene) -> set[Key]:
+    """Effects of the catalogue that nobody hid and that yet are true of the arm.
+
+    A model without them misses the dip of breakaway and the bristles; to a model that was identified in the cold, friction
+    that fell in the warmth is a change.
+    """
+    friction = scene.bench.arm.friction
+    joints = range(1, scene.bench.arm.joints + 1)
+    if scene.question == "different":
+        warm = any(scene.warmer(k) > 0 for k in range(2))
+        fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
+        return {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
+    if friction.kind == "smooth":
+        return set()
+    own: set[Key] = {
+        ("stribeck_friction", (j,)) for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]
+    }
+    if friction.kind == "bristle":
+        own |= {("presliding_hysteresis", (j,)) for j in joints}
+    return own
+
+
+def descriptions(diagnosis: Any) -> tuple[tuple[int, ...], str]:
+    """Joints on which structure is described without a name, and the words."""
+    structured = [r for r in getattr(diagnosis, "remainder", ()) if r.structured]
+    words = "; ".join(f"{r.joint}: {r.looks}" for r in structured)
+    return tuple(r.joint for r in structured), words
+
+
+def told(diagnosis: Any) -> str:
+    """All findings in one line, with the grade of those that are less than causes."""
+    return "; ".join(_text(f) for f in diagnosis.findings) or "nothing"
+
+
+def gain(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) -> float | None:
+    """Reduction of RMS [%] by the extended model on the held-out recording, on the joint that shows the cause most."""
+    if diagnosis.estimate is None:
+        return None
+    held = [changed[-1]]
+    model = scene.model
+    if scene.refitted:
+        runs = [t.recording for t in changed[:2]]
+        model = pid.identify(scene.bench.robot, runs, filter=scene.bench.filter)
+    before = residual_rms(scene.bench, model, held)
+    after = residual_rms(scene.bench, diagnosis.estimate, held)
+    joint = trial.joint - 1
+    return float(100 * (1 - after[joint] / before[joint]))
+
+
+def _text(f: Any) -> str:
+    names = [(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)]
+    text = " or ".join(f"{effect} {','.join(map(str, joints))}".strip() for effect, joints in names)
+    grade = getattr(f, "grade", "cause")
+    return text if grade == "cause" else f"({grade}: {text})"
