@@ -42,11 +42,11 @@ _PUBLIC = {
     "identify_drive_gains": "estimation.drive_gains.drive_gains",
     "identify": "estimation.identify",
     "Design": "excitation.design",
-    "design_trajectory": "excitation.design",
-    "Discrimination": "excitation.discriminate",
-    "design_discriminating": "excitation.discriminate",
-    "Session": "excitation.session",
-    "design_session": "excitation.session",
+    "design_trajectory": "excitation.design_trajectory",
+    "Discrimination": "excitation.discrimination",
+    "design_discriminating": "excitation.design_discriminating",
+    "Session": "excitation.recording_session",
+    "design_session": "excitation.recording_session",
     "Trajectory": "excitation.motion.trajectory",
     "load_trajectory": "excitation.motion.trajectory",
     "random_trajectory": "excitation.motion.trajectory",
@@ -103,10 +103,12 @@ if TYPE_CHECKING:
     from physident.estimation.payload import Payload, identify_payload
     from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
     from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
-    from physident.excitation.design import Design, design_trajectory
-    from physident.excitation.discriminate import Discrimination, design_discriminating
+    from physident.excitation.design import Design
+    from physident.excitation.design_discriminating import design_discriminating
+    from physident.excitation.design_trajectory import design_trajectory
+    from physident.excitation.discrimination import Discrimination
     from physident.excitation.motion.trajectory import Trajectory, load_trajectory, random_trajectory
-    from physident.excitation.session import Session, design_session
+    from physident.excitation.recording_session import Session, design_session
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf

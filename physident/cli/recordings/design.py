@@ -58,8 +58,8 @@ def design(
     plot: Annotated[Path | None, typer.Option("--plot", help="Also draw the motion (.png, .pdf, .svg).")] = None,
 ) -> None:
     """Design a motion at rest at both ends, within the limits, along which all parameters show best."""
-    from physident.excitation.design import design_trajectory
-    from physident.excitation.discriminate import design_discriminating
+    from physident.excitation.design_discriminating import design_discriminating
+    from physident.excitation.design_trajectory import design_trajectory
     from physident.files import write_json
 
     if discriminate is not None and criterion is not None:

@@ -1,4 +1,4 @@
-"""A session: the recordings that together let a diagnosis split, compare speeds, and know a mass."""
+"""A session: several motions to record, so that a diagnosis can hold recordings out and compare speeds and loads."""
 
 from __future__ import annotations
 
@@ -14,19 +14,22 @@ from physident.dynamics.model import Model
 from physident.effects.payload import Payload
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.excitation.design import Design, Limits, check_counts, design_trajectory
-from physident.excitation.limits.margins import joint_margins, workspace_margins
+from physident.excitation.design import Design, Limits
+from physident.excitation.design_trajectory import check_counts, design_trajectory
+from physident.excitation.limits.joint_limits import joint_margins
 from physident.excitation.limits.workspace import CLEARANCE, Workspace
 from physident.excitation.motion.trajectory import Trajectory
 from physident.robots.robot import Robot
 
-SHORTEST = 15.0  # s of a recording: blocks of ten correlation lengths, and the filter's ends
+SHORTEST = 15.0  # s of a recording: room for blocks of ten correlation lengths and for the filter's ends
 
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """One recording of a session: its ``name``, the motion, its share of the designed ``speed``, whether the arm is
-    ``loaded``, and whether it is a ``holdout`` that nothing is fitted to."""
+    """One recording of a session: its ``name``, its motion and the ``speed`` as a share of the designed one.
+
+    ``loaded``: the arm carries the load. ``holdout``: nothing is fitted to this recording.
+    """
 
     name: str
     trajectory: Trajectory
@@ -44,11 +47,11 @@ class Session:
 
     @property
     def duration(self) -> float:
-        """Time in motion of all legs [s]."""
+        """Time in motion of all legs together [s]."""
         return sum(leg.trajectory.duration for leg in self.legs)
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write each leg as NAME.json into a folder that exists; returns the paths."""
+        """Write each leg as NAME.json into an existing folder, and return the paths."""
         paths = [Path(folder) / f"{leg.name}.json" for leg in self.legs]
         for leg, path in zip(self.legs, paths, strict=True):
             leg.trajectory.save(path)
@@ -68,7 +71,7 @@ class Session:
         return "\n".join(
             [
                 *rows,
-                f"verdict: {fitted} recordings to fit, which are left out by turns, {len(self.legs) - fitted} held out",
+                f"verdict: {fitted} recordings to fit, each left out once, and {len(self.legs) - fitted} held out",
             ]
         )
 
@@ -87,20 +90,21 @@ def design_session(
     progress: Callable[[float], None] = lambda _: None,
     **settings: Any,
 ) -> Session:
-    """Several designed motions at two speeds, without and with a ``load`` [kg] at the tool, and one held out.
+    """Design several motions at two or more speeds, without and with a ``load`` [kg] at the tool, and one to hold out.
 
-    Diagnosis leaves recordings out by turns from four on, two ``speeds`` (shares of the designed one) separate friction's
-    laws, and a known load fixes the torques' scale. Every leg lasts 15 s at least. The load is a point at the tool, and the loaded
-    legs keep the torque limit with it. ``settings`` go to ``design_trajectory``. Raises InputError for a load or speeds
-    that cannot be, fewer than two motions, or a loaded leg beyond the torque limit.
+    From four recordings on, a diagnosis leaves each recording out once. Two ``speeds`` (shares of the designed one) separate
+    the laws of friction, and a known load fixes the scale of the torques. Every leg lasts at least 15 s. The load is a point
+    mass at the tool, and loaded legs respect the torque limits with it. ``settings`` are passed to ``design_trajectory``.
+
+    Raises InputError for a load or speeds that cannot be used, fewer than two motions, and a loaded leg beyond a limit.
     """
     check_counts(motions=motions)
     if motions < 2 or len(speeds) < 2 or not all(0 < s <= 1 for s in speeds) or len(set(speeds)) < len(speeds):
         raise InputError(
-            f"motions {motions}, speeds {speeds}: expected two or more motions at two or more speeds from 0 to 1"
+            f"motions is {motions} and speeds are {speeds}; expected two or more motions at two or more different speeds, above 0 and at most 1"
         )
     if load is not None and not (math.isfinite(load) and load > 0):
-        raise InputError(f"load is {load} kg, expected a positive mass, or none")
+        raise InputError(f"load is {load} kg, expected a positive mass, or None for no load")
     count = motions + 1
     designs = tuple(
         design_trajectory(
@@ -112,9 +116,10 @@ def design_session(
     legs = []
     for loaded in (False,) if load is None else (False, True):
         for speed in speeds:
-            for k, one in enumerate(designs[:-1]):
-                legs.append(_leg(f"motion{k + 1}", one.trajectory, speed, loaded, False))
-    legs.append(_leg("holdout", designs[-1].trajectory, speeds[0], False, True))
+            for k, design in enumerate(designs[:-1]):
+                name = f"motion{k + 1}_{round(100 * speed)}percent{'_loaded' if loaded else ''}"
+                legs.append(_leg(name, design.trajectory, speed, loaded=loaded, holdout=False))
+    legs.append(_leg("holdout", designs[-1].trajectory, speeds[0], loaded=False, holdout=True))
     if load is not None and limits == "all":
         _check_loaded(source, load, legs, table, clearance, meshes)
     return Session(tuple(legs), designs)
@@ -125,12 +130,12 @@ def slowed(trajectory: Trajectory, speed: float) -> Trajectory:
     return replace(trajectory, base_frequency=trajectory.base_frequency * speed, duration=trajectory.duration / speed)
 
 
-def _leg(stem: str, trajectory: Trajectory, speed: float, loaded: bool, holdout: bool) -> Leg:
+def _leg(name: str, trajectory: Trajectory, speed: float, *, loaded: bool, holdout: bool) -> Leg:
+    """The motion at a share of its speed, repeated until it is long enough."""
     slow = slowed(trajectory, speed)
     period = 1 / slow.base_frequency
-    whole = replace(slow, duration=max(1, math.ceil(SHORTEST / period - 1e-9)) * period)
-    name = f"{stem}_{round(100 * speed)}percent{'_loaded' if loaded else ''}"
-    return Leg(stem if holdout else name, whole, speed, loaded, holdout)
+    repeated = replace(slow, duration=max(1, math.ceil(SHORTEST / period - 1e-9)) * period)
+    return Leg(name, repeated, speed, loaded, holdout)
 
 
 def _check_loaded(
@@ -146,11 +151,10 @@ def _check_loaded(
     heavy = Model(robot, (*arm.effects, Payload()), np.concatenate([arm.theta, body]))
     workspace = Workspace.of(heavy, table, clearance, meshes)
     for leg in legs:
-        margins = (
-            [*joint_margins(robot, leg.trajectory), *workspace_margins(workspace, leg.trajectory)] if leg.loaded else []
-        )
-        for one in margins:
-            if not one.margin > 0:
+        if not leg.loaded:
+            continue
+        for margin in [*joint_margins(robot, leg.trajectory), *workspace.margins(leg.trajectory)]:
+            if not margin.margin > 0:
                 raise InputError(
-                    f"{leg.name}: with {load:g} kg the {one.limit} of {one.where} reaches {one.reached:.4g} {one.unit}, allowed is {one.allowed:.4g}; expected a lighter load"
+                    f"{leg.name}: with {load:g} kg the {margin.limit} of {margin.where} reaches {margin.reached:.4g} {margin.unit}, allowed is {margin.allowed:.4g}; expected a lighter load"
                 )

@@ -1,4 +1,4 @@
-"""Torque, tool speed and points of a robot as CasADi functions of its state, with their Jacobians."""
+"""Torque, tool speed and points of an arm as CasADi functions of its state, with their Jacobians."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ Array = NDArray[np.float64]
 
 
 def state_functions(model: Model, points: list[tuple[int, Array]]) -> tuple[Any, Any]:
-    """CasADi functions of a state x (3 n) of q, v, a: values (n + 1 + 3 P), and their dense Jacobian by columns.
+    """CasADi functions of a state x (3 n) of q, v, a: its values (n + 1 + 3 P), and their dense Jacobian by columns.
 
-    Values are the torques of all inertia and gravity [N m|N], the square of the tool's speed [m^2/s^2], and the places (3)
-    [m] of points, given by link (from 1; 0 is the base) and position in its frame. The tool is the origin of the last frame.
+    The values are the torques of inertia and gravity [N m|N], the square of the tool speed [m^2/s^2], and the positions (3)
+    [m] of P points in the base frame. A point is given by its link (from 1; 0 is the base) and its position in the link's
+    frame.
     """
     robot = model.robot
     x = ca.SX.sym("x", 3 * robot.n)
@@ -27,21 +28,21 @@ def state_functions(model: Model, points: list[tuple[int, Array]]) -> tuple[Any,
     links, armature = _inertia(model)
     torque = ca.mtimes(torque_expression(robot)(q, v, a), ca.DM(links)) + ca.DM(armature) * a
     frames = _frames(robot, q)
-    tool = _place(frames[-1], robot.tool)
+    tool = _position(frames[-1], robot.tool)
     velocity = ca.jtimes(tool, q, v)
-    places = [_place(frames[link], point) for link, point in points]
-    values = ca.vertcat(torque, ca.sumsqr(velocity), *places)
+    positions = [_position(frames[link], point) for link, point in points]
+    values = ca.vertcat(torque, ca.sumsqr(velocity), *positions)
     jacobian = ca.densify(ca.vec(ca.jacobian(values, x)))
     return ca.Function("values", [x], [ca.densify(values)]), ca.Function("jacobian", [x], [jacobian])
 
 
 def _inertia(model: Model) -> tuple[Array, Array]:
-    """Link parameters (10 n,) and armature (n,) of all effects that are inertia."""
-    links, armature, at = np.zeros(10 * model.robot.n), np.zeros(model.robot.n), 0
+    """Sum of the link parameters (10 n,) and of the armatures (n,) of all effects that have inertia."""
+    links, armature, start = np.zeros(10 * model.robot.n), np.zeros(model.robot.n), 0
     for effect in model.effects:
         k = len(effect.columns(model.robot))
-        added = effect.inertia(model.robot, model.theta[at : at + k])
-        at += k
+        added = effect.inertia(model.robot, model.theta[start : start + k])
+        start += k
         if added is not None:
             links, armature = links + added.links, armature + added.armature
     return links, armature
@@ -52,9 +53,9 @@ def _frames(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
     frames: list[tuple[Any, Any]] = [(ca.SX.eye(3), ca.SX(3, 1))]
     for i, joint in enumerate(robot.joints):
         R, p = frames[joint.parent + 1]
-        axis, turn = ca.DM(joint.axis), ca.DM(joint.rotation)
+        axis = ca.DM(joint.axis)
         p = p + R @ ca.DM(joint.translation)
-        R = R @ turn
+        R = R @ ca.DM(joint.rotation)
         if joint.kind == "prismatic":
             p = p + R @ axis * q[i]
         else:
@@ -64,5 +65,5 @@ def _frames(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
     return frames
 
 
-def _place(frame: tuple[Any, Any], point: Array) -> Any:
+def _position(frame: tuple[Any, Any], point: Array) -> Any:
     return frame[1] + frame[0] @ ca.DM(point)
