@@ -80,7 +80,7 @@ _PUBLIC = {
     "Score": "validation.scores",
     "compare": "validation.scores",
     "validate": "validation.scores",
-    "view": "view",
+    "view": "graphics.view",
     "Visibility": "identifiability.visibility",
     "measure_visibility": "identifiability.visibility",
 }
@@ -112,6 +112,7 @@ if TYPE_CHECKING:
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
+    from physident.graphics.view import view
     from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
     from physident.identifiability.identifiability import Identifiability, measure_identifiability
     from physident.identifiability.manipulability import Manipulability, measure_manipulability
@@ -125,7 +126,6 @@ if TYPE_CHECKING:
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate
-    from physident.view.session.session import view
 
 
 def __getattr__(name: str) -> Any:

@@ -32,7 +32,7 @@ FLOORS = (
     "excitation",
     "simulation",
     "diagnosis",
-    "view",
+    "graphics",
     "report",
     "export",
     "demo",

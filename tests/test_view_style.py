@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS
-from physident.view import style
+from physident.graphics import style
 
 # what protan and deutan eyes see of linear RGB: Machado, Oliveira and Fernandes (2009), table 1, severity 1
 EYES = {

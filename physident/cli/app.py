@@ -48,7 +48,7 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, pl
     ``inputs`` are files, patterns, or names of no file; None is skipped in both.
     """
     from physident.files import check_target
-    from physident.view.style import FORMATS
+    from physident.graphics.style import FORMATS
 
     if plot is not None and plot.suffix.lower() not in FORMATS:
         raise InputError(f"plot {str(plot)!r} has no known ending, expected one of {', '.join(FORMATS)}")

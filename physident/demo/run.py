@@ -67,8 +67,8 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
 
     Writes recordings, models, diagnosis, report and rerun session into ``folder``.
     """
+    from physident.graphics.view import view
     from physident.report.page import write_report
-    from physident.view.session.session import view
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

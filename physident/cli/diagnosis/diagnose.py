@@ -83,7 +83,7 @@ def diagnose(
     if out is not None and found.estimate is not None:
         found.estimate.save(out)
     if plot is not None:
-        from physident.view.figures.residual import plot_diagnosis
+        from physident.graphics.figures.residual import plot_diagnosis
 
         named = any(finding.effect == "contact" for finding in found.findings)  # it lies in a diagnosed recording
         plot_diagnosis(found, loaded if named or not unseen else unseen, plot)

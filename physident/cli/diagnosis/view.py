@@ -36,10 +36,11 @@ def view(
     """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
     from physident.diagnosis.result.saved import read_contents
     from physident.estimation.estimate import load_estimate
+    from physident.graphics.plan import plan_of
+    from physident.graphics.session.content import compose
+    from physident.graphics.session.write import check_session_path, write_session
+    from physident.graphics.view import show
     from physident.robots.robot import load_robot
-    from physident.view.plan import plan_of
-    from physident.view.session.content import compose
-    from physident.view.session.session import check_session, show, write_session
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
@@ -48,7 +49,7 @@ def view(
         raise InputError(f"--meshes {str(meshes)!r} is no folder; expected the one that package:// stands for")
     check_outputs([*paths, *files, diagnosis, plan, robot], out)
     if out is not None:
-        check_session(out)
+        check_session_path(out)
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
     said = read_contents(diagnosis) if diagnosis is not None else None
     known = next(iter(models.values()), said)

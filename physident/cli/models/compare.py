@@ -41,8 +41,8 @@ def compare(
     if json_out is not None:
         write_json(json_out, gain.as_dict())
     if plot is not None:
+        from physident.graphics.figures.residual import plot_residuals
         from physident.validation.comparison import predict_pair
-        from physident.view.figures.residual import plot_residuals
 
         pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
         plot_residuals(pair, before.model.robot, plot)

@@ -46,8 +46,8 @@ def validate(
     if json_out is not None:
         write_json(json_out, score.as_dict())
     if plot is not None:
-        from physident.view.figures.recordings import plot_predictions
-        from physident.view.figures.residual import torque_units
+        from physident.graphics.figures.recordings import plot_predictions
+        from physident.graphics.figures.residual import torque_units
 
         robot = estimate.model.robot
         plot_predictions(predictions(estimate, loaded), robot.joint_names, plot, torque_units(robot))

@@ -95,7 +95,7 @@ def design(
     if csv is not None:
         plan.trajectory.write_csv(csv, rate)
     if plot is not None:
-        from physident.view.figures.motion import plot_motion
+        from physident.graphics.figures.motion import plot_motion
 
         plot_motion(plan.trajectory, plot)
     if json_file is not None:

@@ -44,7 +44,7 @@ def inspect(
     loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
     seen = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
     if plot is not None:
-        from physident.view.figures.recordings import plot_recordings
+        from physident.graphics.figures.recordings import plot_recordings
 
         plot_recordings(loaded, plot)
     typer.echo("\n\n".join(map(repr, seen)))

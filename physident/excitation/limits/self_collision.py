@@ -89,7 +89,7 @@ class SelfCollision(WorkspaceLimit):
 
     def constraint(self, values: Array) -> Array:
         distance = self.arm.distances(self.arm.ends(values), self.pairs)
-        return (distance - self.clearance - DISTANCE_RESERVE) / LENGTH_UNIT
+        return (distance - (self.clearance + DISTANCE_RESERVE)) / LENGTH_UNIT
 
     def gradient(self, values: Array, jacobian: Array) -> Array:
         ends, end_jacobians = self.arm.ends(values), self.arm.end_jacobians(jacobian)

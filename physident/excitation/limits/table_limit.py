@@ -45,7 +45,7 @@ class TableLimit(WorkspaceLimit):
     def constraint(self, values: Array) -> Array:
         c, end = index_pairs(self.ends)
         distance = self.arm.ends(values)[:, c, end, 2] - self.arm.radii[c] - (self.height or 0.0)
-        return (distance - self.clearance - DISTANCE_RESERVE) / LENGTH_UNIT
+        return (distance - (self.clearance + DISTANCE_RESERVE)) / LENGTH_UNIT
 
     def gradient(self, values: Array, jacobian: Array) -> Array:
         c, end = index_pairs(self.ends)

@@ -6,9 +6,9 @@ import numpy as np
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import REMAINS, headline, listed
+from physident.graphics.figures.residual import torque_units
 from physident.report.markup import Markup, joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
-from physident.view.figures.residual import torque_units
 
 MARKS = {
     "explained": "explained",

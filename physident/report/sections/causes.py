@@ -8,10 +8,10 @@ from physident.diagnosis.result.findings import Finding, Rival, Value
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import cause, effect_words, listed
 from physident.effects.catalogue import CATALOGUE
+from physident.graphics.figures.residual import torque_units
+from physident.graphics.style import effect_colour
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import number, percent, quantity
-from physident.view.figures.residual import torque_units
-from physident.view.style import effect_colour
 
 
 def causes(c: Contents) -> list[Markup]:

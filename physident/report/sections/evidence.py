@@ -6,10 +6,10 @@ import math
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import cause
+from physident.graphics.style import effect_colour
 from physident.report.chart import swatch
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import number
-from physident.view.style import effect_colour
 
 ROOM = 1.08  # of the greatest gain: the scale's end
 MARGIN = 3  # %: a mark at the scale's end stays on it

@@ -6,12 +6,12 @@ import numpy as np
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import came
+from physident.graphics import style
+from physident.graphics.figures.residual import torque_units
 from physident.report.chart import legend
 from physident.report.markup import Markup, tag
 from physident.report.numbers import SPACE, arrow, change, percent, quantity
 from physident.report.sections.answer import judged_on
-from physident.view import style
-from physident.view.figures.residual import torque_units
 
 FLOOR = " The floor is what did not repeat where a diagnosed motion did: no model can be expected much below it."
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import effect_words, numbered
+from physident.graphics.figures.residual import torque_units
 from physident.report.markup import Markup, joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
-from physident.view.figures.residual import torque_units
 
 NO_TORQUE, NONE_OF_ITS_OWN = "shows no torque", "shows no torque of its own"
 IN_MODEL = "in the model already, which was fitted to these recordings"

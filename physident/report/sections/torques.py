@@ -10,13 +10,13 @@ from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import came
 from physident.effects.contact import Contact
 from physident.errors import InputError
+from physident.graphics import style
+from physident.graphics.figures.residual import torque_units
 from physident.report.chart import Line, legend, line_chart
 from physident.report.markup import Markup, tag
 from physident.report.numbers import arrow, change, percent
 from physident.report.reread import Reread
 from physident.validation.comparison import Pair, predict_pair, rms
-from physident.view import style
-from physident.view.figures.residual import torque_units
 
 DRAWN = 2  # recordings
 EXTENDED = "extended model"

@@ -1,4 +1,4 @@
-"""A chart of one quantity against another inside a session, whose own plots know only time."""
+"""Charts of one quantity against another, drawn as points and lines: the viewer itself plots over time only."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.view import style
-from physident.view.session.log import duration, rgb
+from physident.graphics import style
+from physident.graphics.session.log import duration, rgb
 
 if TYPE_CHECKING:
     import rerun as rr
 
 Array = NDArray[np.float64]
-WIDTH, HEIGHT = 2.6, 1.0  # of the axes, in the view's own units
+WIDTH, HEIGHT = 2.6, 1.0  # of the axes, in units of the view
 MARK_DROP = 0.02  # from the top of a chart to the name of a mark
-LABEL_DROP = 0.1  # the viewer puts a label so far below its point
+LABEL_DROP = 0.1  # distance of the viewer's labels below their points
 LEGEND_ROW, LEGEND_STEP = 5, 8.0  # names in a row of a legend, and their distance in heights of a row
 LETTER = 0.12  # half a letter's width, so that a name begins beside its colour
 MAX_POINTS = 1500
@@ -29,7 +29,7 @@ BOUNDS = ((-0.33, 2.75), (-0.14, 1.42))  # x and y range of a view that shows on
 
 @dataclass(frozen=True)
 class Axes:
-    """Ranges of x and y [their units] that fill a chart; y may be the logarithm (base 10) of what its labels say."""
+    """Ranges of x and y of a chart; with ``logarithmic``, y is the logarithm (base 10) of the labelled values."""
 
     x: tuple[float, float]
     y: tuple[float, float]
@@ -37,7 +37,7 @@ class Axes:
 
     @staticmethod
     def about(x: Array, y: Array, logarithmic: bool = False) -> Axes:
-        """Axes that hold all finite values of x and y, with some room."""
+        """Axes that contain all finite values of x and y, with a margin."""
         ranges = []
         for values in (x, np.log10(y) if logarithmic else y):
             finite = values[np.isfinite(values)]
@@ -55,7 +55,7 @@ class Axes:
 
 
 def log_axes(rec: rr.RecordingStream, path: str, axes: Axes, x_label: str, y_label: str) -> None:
-    """Log frame, grid, ticks and the names of both axes, with units."""
+    """Log frame, grid, ticks and the labels of both axes."""
     import rerun as rr
 
     grey, frame = rgb(style.SESSION_MEASURED), [[[0, 0], [0, HEIGHT], [WIDTH, HEIGHT]]]
@@ -77,7 +77,7 @@ def log_axes(rec: rr.RecordingStream, path: str, axes: Axes, x_label: str, y_lab
 
 
 def log_points(rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Array, colour: str) -> None:
-    """Log a cloud of points, thinned evenly to 1500 at most."""
+    """Log points, thinned evenly to 1500 at most."""
     import rerun as rr
 
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
@@ -99,7 +99,7 @@ def log_line(rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Array,
 
 
 def log_mark(rec: rr.RecordingStream, path: str, axes: Axes, x: float, text: str) -> None:
-    """Log a line from the bottom to the top of a chart at x, and what begins there."""
+    """Log a vertical line at x, with a text for what begins there."""
     import rerun as rr
 
     grey = [rgb(style.SESSION_MEASURED)]
@@ -111,7 +111,7 @@ def log_mark(rec: rr.RecordingStream, path: str, axes: Axes, x: float, text: str
 
 
 def log_cursor(rec: rr.RecordingStream, path: str, axes: Axes, time: Array, x: Array, y: Array) -> None:
-    """Log where the session's clock is on a chart: one point that moves."""
+    """Log a point that moves through a chart with the session's clock."""
     import rerun as rr
 
     known = np.isfinite(x) & np.isfinite(y)
@@ -120,7 +120,7 @@ def log_cursor(rec: rr.RecordingStream, path: str, axes: Axes, time: Array, x: A
 
 
 def binned_median(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Medians of x and y in bins of x that hold equally many points."""
+    """Medians of x and y in bins of x with equal numbers of points."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     parts = [part for part in np.array_split(np.argsort(x, kind="stable"), bins) if len(part)]

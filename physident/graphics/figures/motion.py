@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from physident.view import style
+from physident.graphics import style
 
 if TYPE_CHECKING:
     from physident.excitation.motion.motion import Motion
@@ -16,7 +16,7 @@ SAMPLES = 1000
 
 
 def plot_motion(motion: Motion, path: str | Path) -> None:
-    """Position, velocity and acceleration of each joint over time [s]; a row a quantity, a line a joint."""
+    """Draw position, velocity and acceleration of each joint over time [s]: a row a quantity, a line a joint."""
     states = motion.states(np.linspace(0, motion.duration, SAMPLES))
     fig, axes = style.figure(3, 1, sharex=True)
     channels = (("position [rad]", states.q), ("velocity [rad/s]", states.v), ("acceleration [rad/s$^2$]", states.a))

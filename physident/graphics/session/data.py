@@ -1,4 +1,4 @@
-"""What a session shows over time: the torque of recordings and of models, row by row, recordings laid end to end."""
+"""The curves of a session: measured and predicted torques of all recordings, one after another on one clock."""
 
 from __future__ import annotations
 
@@ -23,8 +23,10 @@ MOTION_RATE = 25.0  # Hz of what moves in 3D: smooth to the eye
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One model's torque (M, n) [N m|N] in every row, and the part of it (M, n) that each effect has; not a number where
-    a joint's row does not count."""
+    """One model's ``torque`` (M, n) [N m|N] in every row, and the part (M, n) of each of its ``effects``.
+
+    It is NaN in rows of a joint that do not count.
+    """
 
     name: str
     model: Model
@@ -32,13 +34,14 @@ class Prediction:
     effects: dict[str, Array]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SessionData:
-    """Recordings on one clock: ``starts`` [s] on it and ``durations`` [s] of each; ``clock`` (P,) [s] and ``motion``
-    (P, n) [rad|m] of all of it at about 25 Hz.
+    """Recordings on one clock.
 
-    Filtered rows of the moving parts, as models are judged on: ``time`` (M,) [s], ``measured`` torque [N m|N], ``q``
-    [rad|m] and ``v`` [rad/s|m/s] there (M, n). A row without numbers stands where rows are not contiguous.
+    ``starts`` [s] and ``durations`` [s] are those of each recording; ``clock`` (P,) [s] and ``motion`` (P, n) [rad|m] are
+    the arm's positions at about 25 Hz. ``time`` (M,) [s], ``measured`` torque [N m|N], ``q`` [rad|m] and ``v`` [rad/s|m/s]
+    (M, n) are the filtered rows in motion, on which models are validated. Between rows that are not contiguous there is a
+    row of NaN.
     """
 
     recordings: tuple[Recording, ...]
@@ -63,10 +66,9 @@ class SessionData:
 
 
 def gather(recordings: Sequence[Recording], models: Mapping[str, Model], robot: Robot, filter: Filter) -> SessionData:
-    """Evaluate models on recordings with torques [N m], all through one filter.
+    """Evaluate models on recordings, all through one filter.
 
-    Raises InputError for a number of joints that differs, and
-    for recordings without motion.
+    Raises InputError for different numbers of joints, and for recordings without motion.
     """
     for name, model in models.items():
         if model.robot.n != robot.n:
@@ -80,19 +82,27 @@ def gather(recordings: Sequence[Recording], models: Mapping[str, Model], robot: 
     first = next(iter(regressors.values()))
     shift = np.array([start - s.origin for start, s in zip(starts, signals, strict=True)])
     q, v = (_at_rows(first, signals, name) for name in ("q", "v"))
-    order = _with_breaks(first)
-    motions = [_motion(s, shift[i]) for i, s in enumerate(signals)]
+    order = _order_with_breaks(first)
+    motions = [_thinned_motion(s, shift[i]) for i, s in enumerate(signals)]
     rows = (first.time + shift[first.recording])[np.abs(order) - 1]
     time = np.where(order < 0, rows + 1 / first.kept_rate, rows)
     predictions = tuple(_prediction(name, models[name], r, order) for name, r in regressors.items() if name in models)
     return SessionData(
-        tuple(recordings), starts, durations, np.concatenate([t for t, _ in motions]), np.concatenate([q for _, q in motions]),
-        time, _laid(first.torque, order, first.counted), _laid(q, order), _laid(v, order), predictions,
-    )  # fmt: skip
+        recordings=tuple(recordings),
+        starts=starts,
+        durations=durations,
+        clock=np.concatenate([clock for clock, _ in motions]),
+        motion=np.concatenate([positions for _, positions in motions]),
+        time=time,
+        measured=_ordered(first.torque, order, first.counted),
+        q=_ordered(q, order),
+        v=_ordered(v, order),
+        predictions=predictions,
+    )
 
 
 def moving_rms(values: Array, time: Array, window: float) -> Array:
-    """Root mean square (M, n) of values (M, n) over a window [s] about each instant (M,) [s], as far as there are numbers."""
+    """Root mean square (M, n) of values (M, n) over a window [s] about each instant (M,) [s]; NaN values do not count."""
     known = np.isfinite(values)
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(np.where(known, values, 0.0) ** 2, axis=0)])
     count = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(known, axis=0)])
@@ -106,23 +116,25 @@ def _regressor(model: Model, signals: Sequence[Signals], filter: Filter) -> Regr
 
 
 def _prediction(name: str, model: Model, regressor: Regressor, order: NDArray[np.intp]) -> Prediction:
-    of = np.array([column.effect for column in model.columns])
+    effect_of_column = np.array([column.effect for column in model.columns])
     effects = {
-        effect: _laid(regressor.predict(np.where(of == effect, model.theta, 0.0)), order, regressor.counted)
-        for effect in dict.fromkeys(of.tolist())
+        effect: _ordered(
+            regressor.predict(np.where(effect_of_column == effect, model.theta, 0.0)), order, regressor.counted
+        )
+        for effect in dict.fromkeys(effect_of_column.tolist())
     }
-    return Prediction(name, model, _laid(regressor.predict(model.theta), order, regressor.counted), effects)
+    return Prediction(name, model, _ordered(regressor.predict(model.theta), order, regressor.counted), effects)
 
 
-def _with_breaks(regressor: Regressor) -> NDArray[np.intp]:
-    """Indices of rows (from 1) in order of time, after the last row before each gap that row again with a minus sign."""
+def _order_with_breaks(regressor: Regressor) -> NDArray[np.intp]:
+    """Indices of rows (from 1) in order of time; a negative index marks a break after that row."""
     gap = (np.diff(regressor.time) > 1.5 / regressor.kept_rate) | (np.diff(regressor.segment) != 0)
     ends = np.flatnonzero(gap)
     return np.insert(np.arange(1, len(regressor.time) + 1), ends + 1, -(ends + 1))
 
 
-def _laid(values: Array, order: NDArray[np.intp], counted: NDArray[np.bool_] | None = None) -> Array:
-    """Rows in order, not a number in the breaks and where they do not count."""
+def _ordered(values: Array, order: NDArray[np.intp], counted: NDArray[np.bool_] | None = None) -> Array:
+    """Values of rows in order, NaN in breaks and in rows that do not count."""
     values = values if counted is None else np.where(counted, values, np.nan)
     return np.where(order[:, None] < 0, np.nan, values[np.abs(order) - 1])
 
@@ -137,8 +149,8 @@ def _at_rows(regressor: Regressor, signals: Sequence[Signals], name: str) -> Arr
     return result
 
 
-def _motion(signals: Signals, shift: float) -> tuple[Array, Array]:
-    """The clock (P,) and positions (P, n) of a whole recording, thinned."""
+def _thinned_motion(signals: Signals, shift: float) -> tuple[Array, Array]:
+    """Instants (P,) [s] on the session's clock and positions (P, n) of a whole recording, at about 25 Hz."""
     step = max(1, round(signals.rate / MOTION_RATE))
     return signals.time[::step] + shift, signals.q[::step]
 

@@ -1,4 +1,4 @@
-"""One look for every figure: colours that colour-blind readers tell apart (Okabe and Ito, 2008), units on every axis."""
+"""Colours and settings of all figures and sessions; colour-blind readers can distinguish them (Okabe and Ito, 2008)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E7
 SESSION_MEASURED = "#8C8C8C"
 MODELS = ("#3D9BE0", "#1FB58A", "#E69F00", "#CC79A7", "#B4A54B")
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# one colour for each effect of the catalogue, the same in every figure, session and report: as far apart as 22 colours can
-# be for normal, protan and deutan eyes, neither too dark for a black background nor too light for a white one; the default
-# effects and those found most come first and lie farthest apart
+# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 22 colours can
+# be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most
+# frequent causes come first and differ most
 EFFECTS = {
     "rigid_body": "#56B4E9",
     "rotor_inertia": "#2DE187",
@@ -51,12 +51,12 @@ SETTINGS: Any = {
 
 
 def effect_colour(name: str) -> str:
-    """The colour "#RRGGBB" of an effect by its name in the catalogue; raises KeyError for one that has none."""
+    """The colour "#RRGGBB" of an effect by its name in the catalogue; raises KeyError for an unknown name."""
     return EFFECTS[name]
 
 
 def figure(rows: int, columns: int = 1, size: tuple[float, float] = (9.0, 2.0), **options: Any) -> tuple[Any, Any]:
-    """A matplotlib figure without a screen and its axes (rows, columns); ``size`` [inch] of one cell."""
+    """A matplotlib figure that needs no screen, and its axes (rows, columns); ``size`` [inch] is that of one cell."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ def figure(rows: int, columns: int = 1, size: tuple[float, float] = (9.0, 2.0), 
 
 
 def save(fig: Any, path: Any) -> None:
-    """Write a figure whole or not at all, in the format of the path's ending; raises InputError for an unknown one."""
+    """Write a figure whole or not at all, in the format of the path's ending; raises InputError for an unknown ending."""
     from pathlib import Path
 
     from physident.errors import InputError

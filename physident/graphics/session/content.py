@@ -1,4 +1,4 @@
-"""What a session is made of."""
+"""The content of a session: recordings, models, a diagnosis and a planned motion of one arm."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from physident.diagnosis.result.saved import Contents
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.graphics.plan import Plan
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 from physident.robots.robot import Robot
 from physident.validation.scores import with_gains
-from physident.view.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
-    """What a session is made of, and the one filter that everything passes."""
+class SessionContent:
+    """The content of a session, and the filter that all torques pass. ``models`` are listed by the names that are shown."""
 
     robot: Robot
     recordings: tuple[Recording, ...] = ()
@@ -37,11 +37,11 @@ def compose(
     diagnosis: Contents | None,
     robot: Robot | None,
     cutoff: float | None,
-) -> Content:
-    """What is shown: the models given, and those of the diagnosis where they are others.
+) -> SessionContent:
+    """The content of a session: the models given, and those of the diagnosis that are not among them.
 
-    Robot, filter and drive gains are those of the first model, else of the diagnosis, where nothing else is asked for.
-    Raises InputError for a diagnosis of another arm, and where no robot is known.
+    Robot, filter and drive gains are those of the first model, or of the diagnosis where no model is given; ``robot`` and
+    ``cutoff`` [Hz] replace them. Raises InputError for a diagnosis of another arm, and where no robot is known.
     """
     shown = {name: estimate.model for name, estimate in models.items()}
     if diagnosis is not None:
@@ -49,28 +49,28 @@ def compose(
             if model.robot.name != diagnosis.model.robot.name:
                 raise InputError(
                     f"the diagnosis is of robot {diagnosis.model.robot.name}, model {name} is of {model.robot.name}; expected"
-                    " a diagnosis and models of one arm"
+                    " both of one arm"
                 )
-        known = {identity(m) for m in shown.values()}
-        if identity(diagnosis.model) not in known:
-            shown = {_free("diagnosed", shown): diagnosis.model, **shown}
-        if diagnosis.extended is not None and identity(diagnosis.extended) not in known:
-            shown[_free("extended", shown)] = diagnosis.extended
+        given = {model_hash(m) for m in shown.values()}
+        if model_hash(diagnosis.model) not in given:
+            shown = {_unused_name("diagnosed", shown): diagnosis.model, **shown}
+        if diagnosis.extended is not None and model_hash(diagnosis.extended) not in given:
+            shown[_unused_name("extended", shown)] = diagnosis.extended
     first = next(iter(models.values()), None)
     chosen = robot if robot is not None else next((m.robot for m in shown.values()), None)
     if chosen is None:
-        raise InputError("no robot is known: expected a model, a diagnosis, or a robot (--robot)")
+        raise InputError("no robot is given: expected a model, a diagnosis, or a robot (--robot)")
     source = first if first is not None else diagnosis
     filter, gains = (source.filter, source.drive_gains) if source is not None else (Filter(), None)
     filter = Filter(cutoff if cutoff is not None else filter.cutoff, filter.rate)
     listed = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    return Content(chosen, tuple(with_gains(r, gains) for r in listed), shown, diagnosis, filter=filter)
+    return SessionContent(chosen, tuple(with_gains(r, gains) for r in listed), shown, diagnosis, filter=filter)
 
 
-def identity(model: Model) -> str:
-    """What two models that are the same have in common."""
+def model_hash(model: Model) -> str:
+    """A hash of a model, equal for equal models."""
     return hashlib.sha256(repr(model.as_dict()).encode()).hexdigest()
 
 
-def _free(name: str, taken: Mapping[str, Model]) -> str:
-    return name if name not in taken else _free(f"{name} (diagnosis)", taken)
+def _unused_name(name: str, taken: Mapping[str, Model]) -> str:
+    return name if name not in taken else _unused_name(f"{name} (diagnosis)", taken)

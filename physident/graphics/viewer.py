@@ -1,7 +1,7 @@
-"""Opening a session: in the viewer's own window, or in a browser through a server that only this machine can reach.
+"""Open a session in the viewer's window, or in a browser through a server that only this machine can reach.
 
-The viewer's usage statistics stay off: in the window by its own switch, in the browser because the page is served with a
-policy that lets it talk to its server alone.
+The viewer sends no usage statistics: in its window an environment variable switches them off, and in the browser the page
+is served with a policy that allows connections to this server only.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SESSION = "/session.rrd"
 
 
 def open_window(path: Path) -> None:
-    """Open a session file in the viewer's window and wait until it is closed; raises NotSolvedError where it cannot be."""
+    """Open a session file in the viewer's window and wait until it is closed; raises NotSolvedError where that fails."""
     done = subprocess.run(
         [*_viewer(), str(path), "--bind", HOST, "--port", "auto"],
         env=_quiet(),
@@ -43,7 +43,7 @@ def open_window(path: Path) -> None:
         last = [line for line in done.stderr.splitlines() if line.strip()][-1:] or ["no reason given"]
         reason = last[0].strip().split(" at /")[0][:200]
         raise NotSolvedError(
-            f"the viewer opened no window ({reason}); write a file (--out) and open it where there is a screen, or use --web"
+            f"the viewer could not open a window ({reason}); write a file (--out) and open it on a machine with a screen, or use --web"
         )
 
 
@@ -60,7 +60,7 @@ def serve(path: Path) -> None:
 
 @contextmanager
 def web_server(path: Path) -> Iterator[str]:
-    """Serve a session file and the web viewer on this machine alone; gives the address to open in a browser."""
+    """Serve a session file and the web viewer to this machine only; yields the address to open in a browser."""
     upstream = _free_port()
     command = [
         *_viewer(),
@@ -99,7 +99,7 @@ def _running(server: ThreadingHTTPServer) -> Iterator[None]:
 
 
 def _handler(path: Path, upstream: str) -> Callable[..., BaseHTTPRequestHandler]:
-    """Answers with the session file, or with what the viewer's own server has; never lets the page reach elsewhere."""
+    """A handler that serves the session file and, for all other paths, the answer of the viewer's server."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -125,13 +125,13 @@ def _handler(path: Path, upstream: str) -> Callable[..., BaseHTTPRequestHandler]
             self.end_headers()
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing: the terminal belongs to the command."""
+            """Print nothing: the terminal belongs to the command."""
 
     return Handler
 
 
 def _viewer() -> list[str]:
-    """The viewer's program itself: started through Python it would outlive the process that started it."""
+    """The path of the viewer's program; started through Python it would outlive the process that started it."""
     from importlib.util import find_spec
 
     spec = find_spec("rerun_cli")
@@ -144,7 +144,7 @@ def _viewer() -> list[str]:
 
 
 def _quiet() -> dict[str, str]:
-    """The environment in which the viewer sends no statistics."""
+    """The environment variables for a viewer that sends no usage statistics."""
     return {**{k: v for k, v in os.environ.items() if k != "FORCE_RERUN_ANALYTICS"}, "CI": "true"}
 
 

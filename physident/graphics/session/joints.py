@@ -1,4 +1,4 @@
-"""Each joint over time: torques measured and predicted, residuals, motion, the contribution of every effect, charts."""
+"""The curves of each joint: measured and predicted torque, residual, motion, the contribution of every effect, charts."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from physident.graphics import style
+from physident.graphics.session import chart
+from physident.graphics.session.data import Prediction, SessionData
+from physident.graphics.session.log import curve, path_part
 from physident.robots.robot import Robot
-from physident.view import style
-from physident.view.session import chart
-from physident.view.session.data import Prediction, SessionData
-from physident.view.session.log import curve, path_part
 
 if TYPE_CHECKING:
     import rerun as rr
 
 
 def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None:
-    """Log every joint's curves under ``joints/J`` its charts under ``charts/J``, J from 1, and what
-    the colours mean under ``legend``."""
+    """Log each joint's curves under ``joints/J``, its charts under ``charts/J`` (J from 1), and the legends."""
     models = {p.name: model_colour(i) for i, p in enumerate(data.predictions)}
     chart.log_legend(rec, "legend/models", {"measured": style.SESSION_MEASURED, **models})
     chart.log_legend(rec, "legend/motion", {"position": style.MODELS[1], "velocity": style.MODELS[0]})
@@ -44,12 +43,12 @@ def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None
 
 
 def model_colour(number: int) -> str:
-    """The colour of the model at a place (from 0) in the order of models."""
+    """The colour of a model by its number (from 0)."""
     return style.MODELS[number % len(style.MODELS)]
 
 
 def effects_of(prediction: Prediction, joint: int) -> list[str]:
-    """Names of the effects that give a joint (from 0) any torque, in the model's order."""
+    """Names of the effects that contribute torque to a joint (from 0), in the model's order."""
     return [name for name, part in prediction.effects.items() if np.nan_to_num(part[:, joint]).any()]
 
 
@@ -59,7 +58,7 @@ def _log_effects(rec: rr.RecordingStream, root: str, data: SessionData, p: Predi
 
 
 def _log_charts(rec: rr.RecordingStream, data: SessionData, j: int, prismatic: bool) -> None:
-    """The residual against velocity and against position: points of the first model, the median of each."""
+    """Charts of the residual against velocity and position: points of the first model, a median line of each model."""
     first = data.residual(data.predictions[0])[:, j]
     length, effort = ("m", "N") if prismatic else ("rad", "N m")
     for name, x, unit in (("velocity", data.v[:, j], f"{length}/s"), ("position", data.q[:, j], length)):

@@ -1,4 +1,4 @@
-"""A designed motion before it is recorded, and how its design went on."""
+"""A planned motion before it is recorded, and the progress of its design."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.graphics import style
+from physident.graphics.plan import Plan, plan_markdown
+from physident.graphics.scene import log_arm
+from physident.graphics.session import chart
+from physident.graphics.session.log import curve
 from physident.robots.robot import Robot
-from physident.view import style
-from physident.view.plan import Plan, plan_words
-from physident.view.scene import log_arm
-from physident.view.session import chart
-from physident.view.session.log import curve
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -24,7 +24,7 @@ LEGEND_ROW = 3
 
 
 def log_design(rec: rr.RecordingStream, plan: Plan, robot: Robot, meshes: str | Path | None) -> Array:
-    """Log a planned motion and what is known of its design under ``design``; returns where the arm has been (P, 3) [m]."""
+    """Log a planned motion and its design under ``design``; returns points (P, 3) [m] on the arm along the motion."""
     import rerun as rr
 
     time, q, v, a = plan.motion.sample(RATE)
@@ -35,14 +35,14 @@ def log_design(rec: rr.RecordingStream, plan: Plan, robot: Robot, meshes: str | 
         for j, (joint, colour) in enumerate(names.items()):
             curve(rec, f"design/{name}/{j + 1}", time, values[:, j], joint, colour)
     if plan.design:
-        rec.log("design/limits", rr.TextDocument(plan_words(plan.design), media_type="text/markdown"), static=True)
+        rec.log("design/limits", rr.TextDocument(plan_markdown(plan.design), media_type="text/markdown"), static=True)
     if plan.progress:
         _log_progress(rec, plan)
     return log_arm(rec, "design/robot", robot, time[::2], q[::2], meshes)
 
 
 def _log_progress(rec: rr.RecordingStream, plan: Plan) -> None:
-    """Log the condition number over the iterations of a design, and which of them are generations."""
+    """Log the condition number over the iterations of a design, and where IPOPT begins."""
     progress = np.array(plan.progress)
     iteration = np.arange(1.0, len(progress) + 1)
     axes = chart.Axes.about(iteration, progress, logarithmic=True)

@@ -1,4 +1,4 @@
-"""When what was recorded, and when the arm touched something: bands under the curves."""
+"""Bands under the curves: when each recording runs, and when the arm was in contact."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
-from physident.view import style
-from physident.view.session.data import SessionData, spans
-from physident.view.session.log import duration, rgb
+from physident.graphics import style
+from physident.graphics.session.data import SessionData, spans
+from physident.graphics.session.log import duration, rgb
 
 if TYPE_CHECKING:
     import rerun as rr
 
-NOTHING = "-"  # a band between two states, which is not drawn
-SHADES = ("#5F6B7A", "#8A97A6")  # recordings by turns
+NOTHING = "-"  # the state between two bands, which is not drawn
+SHADES = ("#5F6B7A", "#8A97A6")  # of the recordings, alternating
 
 
 def contact_intervals(data: SessionData, model: Model | None) -> list[tuple[float, float]]:
@@ -38,8 +38,8 @@ def log_bands(rec: rr.RecordingStream, data: SessionData, contacts: Sequence[tup
     colours = {name: SHADES[i % len(SHADES)] for i, name in enumerate(names)}
     _log_lane(rec, "bands/recording", recorded, colours)
     if contacts:
-        touched = [(start, end, "contact") for start, end in contacts]
-        _log_lane(rec, "bands/contact", touched, {"contact": style.effect_colour("contact")})
+        bands = [(start, end, "contact") for start, end in contacts]
+        _log_lane(rec, "bands/contact", bands, {"contact": style.effect_colour("contact")})
 
 
 def _log_lane(
@@ -49,7 +49,7 @@ def _log_lane(
 
     times, states = [], []
     for start, end, name in bands:
-        if times and times[-1] >= start:  # two bands that meet
+        if times and times[-1] >= start:  # the previous band ends where this one starts
             times, states = times[:-1], states[:-1]
         times += [start, end]
         states += [name, NOTHING]

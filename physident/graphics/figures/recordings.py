@@ -1,4 +1,4 @@
-"""Figures of a model against measurements."""
+"""Figures of recordings, and of a model's predictions against them."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
+from physident.graphics import style
 from physident.recordings.recording import Recording
 from physident.validation.scores import Predictions
-from physident.view import style
 
 
 def plot_predictions(
     p: Predictions, joints: Sequence[str], path: str | Path, units: Sequence[str] | None = None
 ) -> None:
-    """Draw measured and predicted torque and their difference over time [s], one row a joint, recordings end to end.
+    """Draw measured torque, predicted torque and their difference over time [s]: a row a joint, recordings end to end.
 
-    ``units`` are those of the joints' torques, N m for all by default. Raises InputError for a path of no known ending.
+    ``units`` are those of the joints' torques, N m by default. Raises InputError for a path without a known ending.
     """
     fig, axes = style.figure(len(joints), sharex=True)
     time = np.arange(len(p.time)) / p.rate

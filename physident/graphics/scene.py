@@ -1,4 +1,4 @@
-"""The arm in 3D: its links moving through the recordings, coloured by the size of their residual, and its tool's path."""
+"""The arm in 3D: its links in motion, coloured by the size of their residual, and the path of its tool."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.graphics import style
+from physident.graphics.session.log import duration, rgb
+from physident.graphics.visuals import Visual, arm_visuals, turned_to
 from physident.robots.robot import Robot
-from physident.view import style
-from physident.view.scene_shapes import Shape, arm_shapes, turned_to
-from physident.view.session.log import duration, rgb
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -38,16 +38,16 @@ def link_poses(robot: Robot, q: Array) -> tuple[Array, Array]:
 
 
 def tool_path(robot: Robot, rotations: Array, positions: Array) -> Array:
-    """The tool's position (N, 3) [m] in the base frame, of the poses that ``link_poses`` gives."""
+    """The tool's position (N, 3) [m] in the base frame, from the poses that ``link_poses`` returns."""
     return positions[-1] + rotations[-1] @ robot.tool
 
 
 def log_arm(
     rec: rr.RecordingStream, root: str, robot: Robot, clock: Array, q: Array, meshes: str | Path | None
 ) -> Array:
-    """Log the arm moving through positions (N, n) at instants (N,) [s] and its tool's path.
+    """Log the arm in motion through positions (N, n) at instants (N,) [s], and the path of its tool.
 
-    Returns where its joints and its tool have been (P, 3) [m], in the base frame.
+    Returns the points (P, 3) [m] of its joints and its tool along the motion, in the base frame.
     """
     import rerun as rr
     from scipy.spatial.transform import Rotation
@@ -60,12 +60,12 @@ def log_arm(
         rec.send_columns(f"{root}/link_{i + 1}", [duration(clock)], pose)
         label = rr.Points3D([[0, 0, 0]], labels=[f"J{i + 1}"], radii=0.0, colors=[rgb(style.SESSION_MEASURED)])
         rec.log(f"{root}/link_{i + 1}/name", label, static=True)
-    for name, shapes in _by_link(arm_shapes(robot, meshes)).items():
-        for number, shape in enumerate(shapes):
-            rec.log(f"{root}/{name}/shape_{number}", *_logged(shape), static=True)
-            # a static colour would hide those over time
+    for name, visuals in _by_link(arm_visuals(robot, meshes)).items():
+        for number, visual in enumerate(visuals):
+            rec.log(f"{root}/{name}/shape_{number}", *_logged(visual), static=True)
+            # a static colour would hide the colours over time
             start, colour = duration(clock[:1]), np.array([rgb(BASE if name == "base" else NEUTRAL)], dtype=np.uint8)
-            rec.send_columns(f"{root}/{name}/shape_{number}", [start], _colour_columns(shape, colour))
+            rec.send_columns(f"{root}/{name}/shape_{number}", [start], _colour_columns(visual, colour))
     path = tool_path(robot, rotations, positions)
     thin = path[:: max(1, len(path) // PATH_POINTS)]
     line = rr.LineStrips3D([thin], colors=[[*rgb(style.SESSION_MEASURED), 60]], radii=rr.Radius.ui_points(0.4))
@@ -78,54 +78,53 @@ def log_arm(
 def colour_links(
     rec: rr.RecordingStream, root: str, robot: Robot, time: Array, share: Array, meshes: str | Path | None
 ) -> None:
-    """Colour each link at instants (M,) [s] by a share (M, n): 0 or no number grey, 1 and more the residual's colour."""
-
+    """Colour each link at instants (M,) [s] by a share (M, n): 0 and NaN are grey, 1 and more the residual's colour."""
     low, high = np.array(rgb(NEUTRAL), dtype=float), np.array(rgb(style.RESIDUAL), dtype=float)
     level = np.clip(np.nan_to_num(share), 0.0, 1.0)
-    for name, shapes in _by_link(arm_shapes(robot, meshes)).items():
+    for name, visuals in _by_link(arm_visuals(robot, meshes)).items():
         if name == "base":
             continue
-        joint = shapes[0].joint
+        joint = visuals[0].joint
         colours = np.round(low + level[:, joint : joint + 1] * (high - low)).astype(np.uint8)
-        for number, shape in enumerate(shapes):
-            rec.send_columns(f"{root}/{name}/shape_{number}", [duration(time)], _colour_columns(shape, colours))
+        for number, visual in enumerate(visuals):
+            rec.send_columns(f"{root}/{name}/shape_{number}", [duration(time)], _colour_columns(visual, colours))
 
 
-def _by_link(shapes: Sequence[Shape]) -> dict[str, list[Shape]]:
-    """Shapes by the name of their link's entity."""
-    links: dict[str, list[Shape]] = {}
-    for shape in shapes:
-        links.setdefault("base" if shape.joint < 0 else f"link_{shape.joint + 1}", []).append(shape)
+def _by_link(visuals: Sequence[Visual]) -> dict[str, list[Visual]]:
+    """Visuals by the name of their link's entity."""
+    links: dict[str, list[Visual]] = {}
+    for visual in visuals:
+        links.setdefault("base" if visual.joint < 0 else f"link_{visual.joint + 1}", []).append(visual)
     return links
 
 
-def _logged(shape: Shape) -> list[Any]:
-    """What the viewer draws for a shape, and where."""
+def _logged(visual: Visual) -> list[Any]:
+    """The rerun archetypes of a visual: its geometry and its pose."""
     import rerun as rr
 
-    place: dict[str, Any] = {"translation": shape.translation, "mat3x3": shape.rotation}
+    pose: dict[str, Any] = {"translation": visual.translation, "mat3x3": visual.rotation}
     solid = rr.components.FillMode.Solid
-    if shape.kind == "mesh":
-        place["mat3x3"] = shape.rotation * np.array(shape.size)
-        return [rr.Asset3D(path=shape.mesh), rr.Transform3D(**place)]
-    if shape.kind == "box":
-        drawn: Any = rr.Boxes3D(sizes=[shape.size], fill_mode=solid)
-    elif shape.kind == "sphere":
-        drawn = rr.Ellipsoids3D(radii=[shape.size[0]], fill_mode=solid)
-    elif shape.kind == "cylinder":
-        drawn = rr.Cylinders3D(radii=[shape.size[0]], lengths=[shape.size[1]], fill_mode=solid)
+    if visual.kind == "mesh":
+        pose["mat3x3"] = visual.rotation * np.array(visual.size)
+        return [rr.Asset3D(path=visual.mesh), rr.Transform3D(**pose)]
+    if visual.kind == "box":
+        drawn: Any = rr.Boxes3D(sizes=[visual.size], fill_mode=solid)
+    elif visual.kind == "sphere":
+        drawn = rr.Ellipsoids3D(radii=[visual.size[0]], fill_mode=solid)
+    elif visual.kind == "cylinder":
+        drawn = rr.Cylinders3D(radii=[visual.size[0]], lengths=[visual.size[1]], fill_mode=solid)
     else:
-        drawn = rr.Capsules3D(radii=[shape.size[0]], lengths=[shape.size[1]], fill_mode=solid)
-    return [drawn, rr.Transform3D(**place)]
+        drawn = rr.Capsules3D(radii=[visual.size[0]], lengths=[visual.size[1]], fill_mode=solid)
+    return [drawn, rr.Transform3D(**pose)]
 
 
-def _colour_columns(shape: Shape, colours: NDArray[np.uint8]) -> Any:
+def _colour_columns(visual: Visual, colours: NDArray[np.uint8]) -> Any:
     import rerun as rr
 
-    if shape.kind == "mesh":
+    if visual.kind == "mesh":
         return rr.Asset3D.columns(albedo_factor=colours)
     kinds = {"box": rr.Boxes3D, "sphere": rr.Ellipsoids3D, "cylinder": rr.Cylinders3D, "capsule": rr.Capsules3D}
-    return kinds[shape.kind].columns(colors=colours)
+    return kinds[visual.kind].columns(colors=colours)
 
 
 def _turns(axis: Array, angle: Array) -> Array:
@@ -136,7 +135,7 @@ def _turns(axis: Array, angle: Array) -> Array:
 
 
 def _upright(gravity: Sequence[float]) -> Array:
-    """The rotation (3, 3) of the base frame that makes gravity point down on the screen; none where there is none."""
+    """The rotation (3, 3) of the base frame that makes gravity point down on the screen; identity without gravity."""
     if not np.any(gravity) or np.allclose(np.asarray(gravity) / np.linalg.norm(gravity), [0, 0, -1]):
         return np.eye(3)
     return turned_to(-np.asarray(gravity)).T

@@ -1,4 +1,4 @@
-"""The words of a session: what is shown, the error of each model per joint, and what a diagnosis found."""
+"""The texts of a session: the error of each model per joint, the recordings, and the findings of a diagnosis."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import REMAINS, cause, effect_words, headline, listed
+from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
-from physident.view.session.data import SessionData, spans
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ MAX_ROWS = 12  # parameters of one finding
 
 
 def summary(data: SessionData, robot: Robot, c: Contents | None) -> str:
-    """Markdown: the error of each model per joint over everything shown, and the recordings."""
+    """Markdown: the error of each model per joint over all recordings, and the recordings with their roles."""
     roles = {used.sha256: used.role for used in c.recordings} if c is not None else {}
     lines = []
     if data.predictions:
@@ -37,19 +37,19 @@ def summary(data: SessionData, robot: Robot, c: Contents | None) -> str:
 
 
 def findings(c: Contents) -> str:
-    """Markdown: the verdict, each finding with its numbers, rivals and advice, what remains, what could not be seen."""
+    """Markdown: the verdict, each finding with its numbers, rivals and advice, unexplained structure, unseen effects."""
     lines = [f"# {headline(c.question, c.verdict, c.findings)}", "", REMAINS[c.verdict], ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
     if left := [r for r in c.remainder if r.structured]:
-        said = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
-        lines += [f"**What remains and is not noise** [N m RMS]: {said}.", ""]
+        sizes = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
+        lines += [f"**Unexplained structure** [N m RMS]: {sizes}.", ""]
     unseen: dict[str, set[int]] = {}
     for one in c.unseen:
         unseen.setdefault(one.effect, set()).update(one.joints)
     if unseen:
-        said = "; ".join(cause(effect, sorted(joints)) for effect, joints in unseen.items())
-        lines += [f"**What these recordings cannot show**: {said}.", ""]
+        effects = "; ".join(cause(effect, sorted(joints)) for effect, joints in unseen.items())
+        lines += [f"**Not visible in these recordings**: {effects}.", ""]
     return "\n".join(lines) + "\n"
 
 
@@ -58,7 +58,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     lines = [
         f"## {number}. {cause(finding.effect, finding.joints)}",
         "",
-        f"Residual {gain.rms_before:.3g} → {gain.rms_after:.3g} N m RMS on rows left out:"
+        f"Residual {gain.rms_before:.3g} → {gain.rms_after:.3g} N m RMS on left-out rows:"
         f" **{gain.reduction_percent:.0f} % less** (95 %: {low:.0f} to {high:.0f} %).",
         "",
         _row(["parameter", "joint", "value", "95 % interval", "unit"]),
@@ -72,12 +72,12 @@ def _finding(number: int, finding: Finding) -> list[str]:
     lines.append("")
     if finding.intervals:
         times = ", ".join(f"{a:.1f} to {b:.1f} s" for a, b in finding.intervals)
-        lines += [f"When, on the recording's own clock: {times}.", ""]
+        lines += [f"Time on the recording's clock: {times}.", ""]
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
-        lines += [f"These recordings cannot tell it from {rivals}.", ""]
+        lines += [f"These recordings cannot separate it from {rivals}.", ""]
     if finding.advice:
-        lines += [f"To tell them apart: {finding.advice}.", ""]
+        lines += [f"To separate them: {finding.advice}.", ""]
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Figures of what two models leave of the same torque: the residual before and after, one row a joint."""
+"""Figures of the residuals of two models on the same recordings, before and after, one row a joint."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from physident.diagnosis.result.findings import Diagnosis
 from physident.diagnosis.result.wording import REMAINS, headline
+from physident.graphics import style
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 from physident.validation.comparison import Pair, contact_bands, predict_pair, rms
-from physident.view import style
 
 HEAD_WIDTH = 110  # characters
 LINES = (("before", style.RESIDUAL, 0.9), ("after", style.PREDICTED, 1.1))  # name, colour, width
@@ -32,10 +32,10 @@ def plot_residuals(
     bands: Sequence[tuple[float, float]] = (),
     joints: Sequence[int] | None = None,
 ) -> None:
-    """Draw measured minus predicted torque [N m|N] over time in motion [s], before and, where there is one, after.
+    """Draw the residual [N m|N] of one model or of two, before and after, over time in motion [s].
 
-    ``bands`` (start, end) [s] on that axis are shaded; ``joints`` (from 1) are drawn, all by default. Raises InputError
-    for a path of no known ending.
+    ``head`` is the title. ``bands`` (start, end) [s] on the time axis are shaded. ``joints`` (from 1) are drawn, all by
+    default. Raises InputError for a path without a known ending.
     """
     shown = list(joints or range(1, robot.n + 1))
     fig, axes = style.figure(len(shown), sharex=True)
@@ -63,7 +63,7 @@ def plot_residuals(
 
 
 def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Path) -> None:
-    """Draw what a diagnosis explains of some recordings, its causes in the title, its contacts as bands."""
+    """Draw the residual of recordings before and after a diagnosis, with the answer as title and contacts as bands."""
     after = None if d.estimate is None else d.estimate.model
     pair = predict_pair(d.model, after, recordings, d.filter, d.drive_gains)
     bands = contact_bands(after, pair.before, recordings)

@@ -1,4 +1,4 @@
-"""Small pieces that every part of a session is logged with: colours, the clock, curves."""
+"""Colours, the clock and curves, for every part of a session."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def duration(time: Array) -> Any:
 def curve(
     rec: rr.RecordingStream, path: str, time: Array, values: Array, name: str, colour: str, width: float = 1.2
 ) -> None:
-    """Log one curve (N,) over instants (N,) [s], with its name in the legend; it is broken where there is no number."""
+    """Log one curve (N,) over instants (N,) [s], with its name for the legend; NaN interrupts it."""
     import rerun as rr
 
     rec.log(path, rr.SeriesLines(colors=[rgb(colour)], names=[name], widths=[width]), static=True)
