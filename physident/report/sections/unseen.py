@@ -1,31 +1,37 @@
-"""What these recordings could not show, and what remains without a name."""
+"""Effects that these recordings could not show, and unexplained structure of the residual."""
 
 from __future__ import annotations
+
+from markupsafe import Markup
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import effect_words, numbered
 from physident.graphics.figures.residual import torque_units
-from physident.report.markup import Markup, joined, table, tag
+from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
 
 NO_TORQUE, NONE_OF_ITS_OWN = "shows no torque", "shows no torque of its own"
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
 
-def limits(c: Contents) -> Markup:
-    """Unseen effects by reason, parameters that were never identified, and the residual that is no noise."""
-    parts = _unseen(c) + _held(c) + _incomplete(c) + _remainder(c)
-    return tag("section", tag("h2", "What could not be seen"), *(parts or [tag("p", "Nothing of the catalogue.")]))
+def unseen(c: Contents) -> Markup:
+    """Unseen effects by reason, parameters that were never identified, and the unexplained residual."""
+    parts = _effects(c) + _unidentified(c) + _incomplete(c) + _remainder(c)
+    return tag(
+        "section",
+        tag("h2", "What could not be seen"),
+        *(parts or [tag("p", "Every effect of the catalogue could be seen.")]),
+    )
 
 
 def by_reason(c: Contents) -> dict[str, dict[str, list[int]]]:
-    """Unseen effects with their joints, under the reason why."""
-    own = {effect.name for effect in c.model.effects}
+    """Unseen effects with their joints, by reason."""
+    in_model = {effect.name for effect in c.model.effects}
     found: dict[str, dict[str, list[int]]] = {}
     for one in c.unseen:
         reason = (
             IN_MODEL
-            if c.question == "missing" and one.effect in own
+            if c.question == "missing" and one.effect in in_model
             else one.reason.replace(NO_TORQUE, NONE_OF_ITS_OWN)
         )
         joints = found.setdefault(reason, {}).setdefault(one.effect, [])
@@ -33,12 +39,10 @@ def by_reason(c: Contents) -> dict[str, dict[str, list[int]]]:
     return found
 
 
-def _unseen(c: Contents) -> list[Markup]:
+def _effects(c: Contents) -> list[Markup]:
     parts = []
     if c.unseen:
-        parts.append(
-            tag("p", "For these the honest answer is “cannot tell here”: neither present nor absent is proved.")
-        )
+        parts.append(tag("p", "These recordings can neither confirm nor rule out the following effects."))
     for reason, effects in by_reason(c).items():
         rows = [[effect_words(name), _where(name, joints, c)] for name, joints in effects.items()]
         parts += [
@@ -49,7 +53,7 @@ def _unseen(c: Contents) -> list[Markup]:
 
 
 def _grid(rows: list[list[str]]) -> Markup:
-    """Effects and their joints, as many beside one another as the page is wide."""
+    """A grid of effects and their joints, with as many columns as the page is wide."""
     return tag("ul", *(tag("li", tag("strong", name), f" {where}") for name, where in rows), class_="grid")
 
 
@@ -61,10 +65,10 @@ def _where(name: str, joints: list[int], c: Contents) -> str:
     return f"every {word}" if every else f"{word}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
-def _held(c: Contents) -> list[Markup]:
+def _unidentified(c: Contents) -> list[Markup]:
     if not c.held:
         return []
-    return [tag("p", tag("strong", "Never identified, held as they are: "), joined(", ".join(c.held)))]
+    return [tag("p", tag("strong", "Never identified, kept at their nominal values: "), joined(", ".join(c.held)))]
 
 
 def _incomplete(c: Contents) -> list[Markup]:
@@ -72,15 +76,16 @@ def _incomplete(c: Contents) -> list[Markup]:
         return []
     where = f"joint{'s' if len(c.incomplete) > 1 else ''} {numbered(list(c.incomplete))}"
     text = (
-        f"the model left more than noise of its own recordings on {where}; what it lacks shows here as if it were new."
+        f"the model's residual on its own training recordings is still autocorrelated on {where}, so effects that it"
+        " lacked then are reported here as changes."
     )
-    return [tag("p", tag("strong", "Doubtful as a difference: "), text)]
+    return [tag("p", tag("strong", "Changes that may not be new: "), text)]
 
 
 def _remainder(c: Contents) -> list[Markup]:
     left = c.structured
     if not left:
-        return [tag("p", "What remains of the torque has no more memory than noise through the same filter.")]
+        return [tag("p", "The residual is no more autocorrelated than noise through the same filter.")]
     units = torque_units(c.model.robot)
     head = ["", "RMS", "memory", "noise's memory", "looks"]
     rows = [
@@ -90,4 +95,4 @@ def _remainder(c: Contents) -> list[Markup]:
         ]
         for r in left
     ]  # fmt: skip
-    return [tag("h3", "Remains, is no noise, and has no name"), table(head, rows, class_="numbers")]
+    return [tag("h3", "Unexplained structure"), table(head, rows, class_="numbers")]

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from physident.diagnosis.result.saved import Contents
 from physident.diagnosis.result.wording import came
 from physident.graphics import style
 from physident.graphics.figures.residual import torque_units
 from physident.report.chart import legend
-from physident.report.markup import Markup, tag
+from physident.report.markup import tag
 from physident.report.numbers import SPACE, arrow, change, percent, quantity
 from physident.report.sections.answer import judged_on
 
-FLOOR = " The floor is what did not repeat where a diagnosed motion did: no model can be expected much below it."
+FLOOR = " The floor is the part of the torque that differs between repetitions of the same motion: no model can get far below it."
 
 
-def levels(c: Contents) -> Markup:
+def joint_errors(c: Contents) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
     names = [(came(c.question), style.RESIDUAL)]
@@ -27,7 +28,7 @@ def levels(c: Contents) -> Markup:
         tag("h2", "Each joint before and after" if c.findings else "The error of each joint"),
         tag(
             "p",
-            f"On {judged_on(c)}. Bars: error relative to the measured torque, 100 |measured − predicted| / |measured|,"
+            f"On {judged_on(c)}. The bars show the relative error, 100 |measured − predicted| / |measured|,"
             f" after a low-pass at {c.filter.cutoff:g}{SPACE}Hz on both sides.",
             FLOOR if c.noise_floor is not None else "",
         ),
@@ -45,13 +46,13 @@ def _row(c: Contents, j: int, largest: float) -> Markup:
     ]
     relative = " → ".join(percent(x.relative[j]).removesuffix(f"{SPACE}%") for x, _ in shown) + f"{SPACE}%"
     rms = arrow([x.rms[j] for x, _ in shown], unit)
-    moved = percent(change(c.before.rms[j], c.after.rms[j]), sign=True)
+    changed = percent(change(c.before.rms[j], c.after.rms[j]), sign=True)
     return tag(
         "div",
         tag("div", tag("strong", f"Joint {j + 1}"), f" {c.model.robot.joint_names[j]}", class_="name"),
         tag("div", *bars, class_="bars"),
         tag("div", relative, class_="cell"),
-        tag("div", rms, " RMS", *([f" ({moved})"] if c.findings else []), *_floor(c, j, unit), class_="cell"),
+        tag("div", rms, " RMS", *([f" ({changed})"] if c.findings else []), *_floor(c, j, unit), class_="cell"),
         class_="level",
     )
 
