@@ -57,7 +57,7 @@ def test_what_is_told_apart_leaves_the_baseline(arm):
     assert rivals_of(arm, "coupled_friction", "coulomb_friction").joints == (1, 2, 3, 4, 5)
     for a, b, joint, text in (
         ("payload", "payload", None, "given twice"),
-        ("rust", "payload", None, "'rust' cannot be told apart"),
+        ("rust", "payload", None, "'rust' cannot be separated"),
         ("contact", "payload", None, "'contact' cannot"),
         ("link_inertia", "payload", 6, "joint 6 has no link_inertia"),
     ):

@@ -66,7 +66,7 @@ def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
     for name in (a, b):
         if name not in CATALOGUE or name in NO_RIVALS:
             known = ", ".join(one for one in CATALOGUE if one not in NO_RIVALS)
-            raise InputError(f"effect {name!r} cannot be told apart by a motion, expected one of {known}")
+            raise InputError(f"effect {name!r} cannot be separated by a motion, expected one of {known}")
     if a == b:
         raise InputError(f"effect {a!r} was given twice, expected two different effects")
     n = model.robot.n

@@ -1,4 +1,4 @@
-"""Self-collision: the distance between the arm's own links."""
+"""Self-collision: the distance between the arm's links."""
 
 from __future__ import annotations
 

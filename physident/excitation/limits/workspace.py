@@ -1,4 +1,4 @@
-"""The workspace: torque, tool speed, the table and the arm's own links, as limits of a motion."""
+"""The workspace: torque, tool speed, table and self-collision, as limits of a motion."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from physident.excitation.motion.series import Series
 
 Array = NDArray[np.float64]
 POPULATION = 200
-MIN_SIZE = 0.05  # share of the first limit that each joint reaches at least: a slow tool asks for slow joints
+MIN_SIZE = 0.05  # share of the first limit that each joint reaches at least: slow joints keep the tool slow
 NODES = 64  # instants at which the joint limits hold
 
 

@@ -1,4 +1,4 @@
-"""What bad input must come to: exit code 2, one line that says what came, nothing left behind."""
+"""What bad input must give: exit code 2, one line that names the input, and no change of any file."""
 
 from __future__ import annotations
 
