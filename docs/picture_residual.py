@@ -14,8 +14,8 @@ import numpy as np
 
 import physident as pid
 from physident.diagnosis.result.wording import REMAINS, headline
+from physident.graphics import style
 from physident.validation.comparison import Pair, predict_pair, rms
-from physident.view import style
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "residual.png"

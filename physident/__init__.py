@@ -43,11 +43,11 @@ _PUBLIC = {
     "identify_drive_gains": "estimation.drive_gains.drive_gains",
     "identify": "estimation.identify",
     "Design": "excitation.design",
-    "design_trajectory": "excitation.design",
-    "Discrimination": "excitation.discriminate",
-    "design_discriminating": "excitation.discriminate",
-    "Session": "excitation.session",
-    "design_session": "excitation.session",
+    "design_trajectory": "excitation.design_trajectory",
+    "Discrimination": "excitation.discrimination",
+    "design_discriminating": "excitation.design_discriminating",
+    "Session": "excitation.recording_session",
+    "design_session": "excitation.recording_session",
     "Trajectory": "excitation.motion.trajectory",
     "load_trajectory": "excitation.motion.trajectory",
     "random_trajectory": "excitation.motion.trajectory",
@@ -81,7 +81,7 @@ _PUBLIC = {
     "Score": "validation.scores",
     "compare": "validation.scores",
     "validate": "validation.scores",
-    "view": "view",
+    "view": "graphics.view",
     "Visibility": "identifiability.visibility",
     "measure_visibility": "identifiability.visibility",
 }
@@ -105,13 +105,16 @@ if TYPE_CHECKING:
     from physident.estimation.payload import Payload, identify_payload
     from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
     from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
-    from physident.excitation.design import Design, design_trajectory
-    from physident.excitation.discriminate import Discrimination, design_discriminating
+    from physident.excitation.design import Design
+    from physident.excitation.design_discriminating import design_discriminating
+    from physident.excitation.design_trajectory import design_trajectory
+    from physident.excitation.discrimination import Discrimination
     from physident.excitation.motion.trajectory import Trajectory, load_trajectory, random_trajectory
-    from physident.excitation.session import Session, design_session
+    from physident.excitation.recording_session import Session, design_session
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
+    from physident.graphics.view import view
     from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
     from physident.identifiability.identifiability import Identifiability, measure_identifiability
     from physident.identifiability.manipulability import Manipulability, measure_manipulability
@@ -125,7 +128,6 @@ if TYPE_CHECKING:
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate
-    from physident.view.session.session import view
 
 
 def __getattr__(name: str) -> Any:

@@ -11,8 +11,8 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.result.wording import cause
+from physident.graphics.style import effect_colour
 from physident.identifiability.base_parameters import random_motion
-from physident.view.style import effect_colour
 from tests.conftest import ROOT
 from tests.test_house import PACKAGE, script
 

@@ -8,7 +8,7 @@ import pytest
 
 import physident as pid
 from physident.excitation.criterion.criterion import CRITERIA, Condition, make_criterion
-from physident.excitation.limits.joint_limits import JointLimits, spread
+from physident.excitation.limits.joint_limits import JointLimits, scale_into_limits
 from physident.excitation.motion.series import Series
 from physident.excitation.search.problem import Problem
 from physident.excitation.task import task_of
@@ -96,7 +96,7 @@ def test_criteria_by_hand():
 def test_any_genes_stay_inside_the_joint_limits(ur5):
     series, limits = Series(6, 5, 0.15), JointLimits.of(ur5)
     rng = np.random.default_rng(0)
-    motions = spread(
+    motions = scale_into_limits(
         limits, series, 64, rng.uniform(-1, 1, (20, 6, 8)), rng.uniform(size=(20, 6)), rng.uniform(size=(20, 6))
     )
     for y in motions:
@@ -108,11 +108,11 @@ def test_any_genes_stay_inside_the_joint_limits(ur5):
 def test_joint_rows_bound_every_instant(ur5):
     """A motion that just meets the tightened rows meets the limits between the nodes too."""
     series, limits = Series(6, 5, 0.15), JointLimits.of(ur5)
-    rows = limits.rows(series, 48)
+    constraints = limits.constraints(series, 48)
     y = numbers(series, 4)
     moving = np.tile([1.0] * (series.m - 1) + [0.0], 6)  # offsets stay
-    y = y * moving / np.abs(rows.value(y * moving)).max()
-    assert rows.slack(y).min() == pytest.approx(0.0, abs=1e-12)
+    y = y * moving / np.abs(constraints.value(y * moving)).max()
+    assert constraints.slack(y).min() == pytest.approx(0.0, abs=1e-12)
     _, q, v, a = series.trajectory(y).sample(3000.0)
     assert (np.abs(v) <= limits.speed).all()
     assert (np.abs(a) <= limits.acceleration).all()
@@ -157,6 +157,6 @@ def test_the_problem_is_stated_in_the_robots_own_numbers(ur5):
     joints = JointLimits.of(ur5)
     task, series = task_of(ur5), Series(6, 5, 0.15)
     problem = Problem(series, Condition(), task.information(series, 48), task.information(series, 24), joints, None)
-    still = problem.judged(np.zeros(series.size))
+    still = problem.solution(np.zeros(series.size))
     assert still.feasible
-    assert not problem.judged(50 * numbers(series, 0)).feasible
+    assert not problem.solution(50 * numbers(series, 0)).feasible

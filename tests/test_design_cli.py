@@ -57,7 +57,7 @@ def test_design_writes_what_it_prints(tmp_path, capsys):
         (["--robot", "ur5", "--criterion", "best"], "criterion is 'best'"),
         (["--robot", "ur5", "--joint", "2"], "--discriminate"),
         (["--robot", "ur5", "--criterion", "d_optimal", "--discriminate", "payload", "time_delay"], "both given"),
-        (["--robot", "ur5", "--discriminate", "payload", "rust", "--noise", "1"], "'rust' cannot be told apart"),
+        (["--robot", "ur5", "--discriminate", "payload", "rust", "--noise", "1"], "'rust' cannot be separated"),
         (["--robot", "ur5", "--discriminate", "payload", "torque_constant"], "how much torque noise"),
         (["--robot", "ur5", "--periods", "0"], "periods is 0"),
         (["--robot", "ur5", "--rate", "-1", "--csv", "x.csv"], "rate"),

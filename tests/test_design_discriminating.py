@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.excitation.criterion.rivals import rivals_of, task_of_rivals
-from physident.excitation.discriminate import EVIDENCE, least_magnitudes
+from physident.excitation.detectability import EVIDENCE, Noise, detectable_magnitudes
 from physident.excitation.motion.series import Series
-from physident.excitation.session import slowed
+from physident.excitation.recording_session import slowed
+from physident.excitation.rival_effects import rivals_of, task_of_rivals
 from physident.excitation.task import task_of
 from tests.robots import TREE
 
@@ -29,11 +29,11 @@ def test_separation_is_the_part_outside_baseline_and_rival(arm):
     series = Series(6, 4, 0.1)
     y = 0.4 * np.random.default_rng(0).standard_normal(series.size)
     information = task.information(series, 64)
-    Y, b = information.stacked(y), criterion.base
+    Y, b = information.regressor(y), criterion.baseline
     expected = []
     for term in criterion.terms:
-        beside = Y[:, [*range(b), *(b + k for k in term.beside)]]
-        own = Y[:, [b + k for k in term.own]]
+        beside = Y[:, [*range(b), *(b + k for k in term.rival)]]
+        own = Y[:, [b + k for k in term.effect]]
         rest = own - beside @ np.linalg.lstsq(beside, own, rcond=None)[0]
         expected.append(-0.5 * np.log(np.linalg.det(rest.T @ rest)) / own.shape[1])
     assert float(criterion.values(information.matrix(y))) == pytest.approx(np.mean(expected), rel=1e-3)
@@ -50,14 +50,14 @@ def test_separation_is_the_part_outside_baseline_and_rival(arm):
 
 def test_what_is_told_apart_leaves_the_baseline(arm):
     rivals = rivals_of(arm, "coulomb_friction", "load_dependent_friction", 2)
-    left = {c.joint for c in rivals.without.columns if c.effect == "coulomb_friction"}
+    left = {c.joint for c in rivals.reduced_model.columns if c.effect == "coulomb_friction"}
     assert left == {1, 3, 4, 5, 6}
-    assert rivals.without.parameters("coulomb_friction")[1] == arm.parameters("coulomb_friction")[2]
+    assert rivals.reduced_model.parameters("coulomb_friction")[1] == arm.parameters("coulomb_friction")[2]
     assert rivals_of(arm, "payload", "torque_constant").joints == (1, 2, 3, 4, 5, 6)
     assert rivals_of(arm, "coupled_friction", "coulomb_friction").joints == (1, 2, 3, 4, 5)
     for a, b, joint, text in (
         ("payload", "payload", None, "given twice"),
-        ("rust", "payload", None, "'rust' cannot be told apart"),
+        ("rust", "payload", None, "'rust' cannot be separated"),
         ("contact", "payload", None, "'contact' cannot"),
         ("link_inertia", "payload", 6, "joint 6 has no link_inertia"),
     ):
@@ -67,12 +67,13 @@ def test_what_is_told_apart_leaves_the_baseline(arm):
 
 def test_a_change_of_a_link_shows_beside_a_model_that_is_held(arm):
     rivals = rivals_of(arm, "payload", "torque_constant", 2)
-    assert rivals.held
+    assert rivals.model_fixed
     task, criterion = task_of_rivals(rivals, task_of(arm))
-    assert criterion.base == 0
+    assert criterion.baseline == 0
     assert len(task.chosen) == 11
     motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1)
-    found = least_magnitudes(arm, rivals, motion, np.full(6, 0.5), np.full(6, 10.0), pid.Filter())
+    noise = Noise(sigma=np.full(6, 0.5), worth=np.full(6, 10.0), filter=pid.Filter())
+    found = detectable_magnitudes(arm, rivals, motion, noise)
     mass = next(one for one in found if one.parameter == "payload_mass")
     assert 0.001 < mass.magnitude < 0.5  # kg, by 0.5 N m of noise at an arm's length
 
@@ -81,16 +82,15 @@ def test_least_magnitude_is_where_evidence_reaches_what_is_asked(arm):
     """An effect of just that size leaves, where the rival is fitted instead, a residual worth the evidence."""
     rivals = rivals_of(arm, "coulomb_friction", "load_dependent_friction", 2)
     motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1, duration=20.0)
-    filter, sigma, worth = pid.Filter(), np.full(6, 0.5), np.full(6, 10.0)
-    found = least_magnitudes(arm, rivals, motion, sigma, worth, filter)[0]
+    filter = pid.Filter()
+    noise = Noise(sigma=np.full(6, 0.5), worth=np.full(6, 10.0), filter=filter)
+    found = detectable_magnitudes(arm, rivals, motion, noise)[0]
     assert (found.effect, found.joint) == ("coulomb_friction", 2)
     time, q, v, a = motion.sample(125.0)
     signals = arm.refer(pid.Signals(time, q, v, a, rate=125.0, cutoff=filter.cutoff))
-    effects = [*rivals.without.effects, *rivals.on("load_dependent_friction", 2)]
+    effects = [*rivals.reduced_model.effects, *rivals.on("load_dependent_friction", 2)]
     torque = np.zeros_like(q)
     torque[:, 1] = found.magnitude * np.tanh(v[:, 1] / 0.01)
-    from dataclasses import replace
-
     rows = pid.build_regressor(arm.robot, effects, [replace(signals, torque=torque)], filter, model=arm)
     Y, tau = rows.Y.reshape(-1, len(rows.columns)), rows.torque.ravel()
     rest = tau - Y @ np.linalg.lstsq(Y, tau, rcond=1e-10)[0]

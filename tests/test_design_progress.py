@@ -12,12 +12,13 @@ import pytest
 
 import physident as pid
 from physident.excitation.criterion.criterion import Condition
+from physident.excitation.limits.constraints import Constraints
 from physident.excitation.limits.joint_limits import JointLimits
 from physident.excitation.motion.series import Series
 from physident.excitation.search.genetic import evolve
-from physident.excitation.search.nlp import Rows, minimise
-from physident.excitation.search.problem import Found, Stage
-from physident.excitation.search.search import _finish
+from physident.excitation.search.ipopt import minimise
+from physident.excitation.search.problem import Solution, Stage
+from physident.excitation.search.search import _later_solutions
 from physident.excitation.task import CHECKED, task_of
 
 GENERATIONS = 4
@@ -50,7 +51,7 @@ def test_every_entry_is_pinocchios_condition_number(designs: dict[str, pid.Desig
     t, data = one.trajectory, ur5.pinocchio.createData()
     series, chosen = Series(t.n, t.harmonics, t.base_frequency), task_of(ur5).chosen
     for k in (0, GENERATIONS - 1, GENERATIONS, len(one.progress) // 2, len(one.progress) - 1):
-        states = series.trajectory(one.way[k]).states(np.arange(CHECKED) / CHECKED * series.period)
+        states = series.trajectory(one.iterates[k]).states(np.arange(CHECKED) / CHECKED * series.period)
         rows = zip(states.q, states.v, states.a, strict=True)
         Y = [pin.computeJointTorqueRegressor(ur5.pinocchio, data, *row)[:, chosen] for row in rows]
         assert one.progress[k] == pytest.approx(float(np.linalg.cond(np.concatenate(Y))), rel=1e-6)
@@ -67,7 +68,7 @@ def test_the_best_of_a_generation_is_never_worse_than_of_the_one_before(ur5: pid
     information = task.information(series, 24)
     heard: list[np.ndarray] = []
     fitness = lambda y: Condition().values(information.matrices(y))  # noqa: E731
-    last = evolve(JointLimits.of(ur5), series, fitness, None, 6, 0, population=40, passed=heard.append)
+    last = evolve(JointLimits.of(ur5), series, fitness, None, 6, 0, population=40, on_generation=heard.append)
     values = fitness(np.array(heard))
     assert len(heard) == 6
     assert (np.diff(values) <= 1e-12).all()
@@ -76,7 +77,7 @@ def test_the_best_of_a_generation_is_never_worse_than_of_the_one_before(ur5: pid
 
 def test_the_solver_tells_the_point_after_each_iteration() -> None:
     pattern = np.array([[0, 0], [1, 1]])
-    rows = Rows(np.full(2, -2.0), np.full(2, 2.0), pattern, lambda y: y, lambda _: np.ones(2))
+    rows = Constraints(np.full(2, -2.0), np.full(2, 2.0), pattern, lambda y: y, lambda _: np.ones(2))
     heard: list[np.ndarray] = []
     aim, start = np.array([1.0, 5.0]), np.array([-1.5, -1.0])
     end = minimise(lambda y: (float((y - aim) @ (y - aim)), lambda: 2 * (y - aim)), rows, start, 50, heard.append)
@@ -94,9 +95,9 @@ def test_a_start_far_behind_is_given_up(behind: float, stages: int) -> None:
     """The best one cost 2.6, 2.55 and 2.5 after its stages; a start is ``behind`` those by a constant."""
     best = [2.6, 2.55, 2.5]
     left = iter(best)
-    problem: Any = SimpleNamespace(improved=lambda one, _: Found(one.y, 0.0, 0.0, next(left) + behind))
+    problem: Any = SimpleNamespace(improve=lambda one, _: Solution(one.y, 0.0, 0.0, next(left) + behind))
     later = tuple(Stage(p, 10) for p in (20.0, 60.0, 200.0))
-    begun = Found(np.zeros(1), 0.0, 0.0, 3.0)
-    assert len(list(_finish(problem, begun, later, best))) == stages
+    begun = Solution(np.zeros(1), 0.0, 0.0, 3.0)
+    assert len(list(_later_solutions(problem, begun, later, best))) == stages
     left = iter(best)
-    assert len(list(_finish(problem, begun, later, []))) == 3  # the first to be finished has none to be behind
+    assert len(list(_later_solutions(problem, begun, later, []))) == 3  # the first to be finished has none to be behind

@@ -11,9 +11,10 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.excitation.limits.capsules import bounding_capsule, capsules_of, collision_shapes, nearest
-from physident.excitation.limits.walls import HELD_APART, LENGTH, Walls
+from physident.excitation.limits.capsules import bounding_capsule, capsules_of, collision_geometry, nearest_points
+from physident.excitation.limits.limit import DISTANCE_RESERVE, LENGTH_UNIT
 from physident.excitation.limits.workspace import Workspace
+from physident.excitation.limits.workspace_constraints import workspace_constraints
 from physident.excitation.motion.series import Series
 
 coal: Any = import_module("coal")  # comes with Pinocchio; it ships no types
@@ -42,7 +43,7 @@ def test_capsule_distances_are_coals():
     p, q = rng.uniform(-1, 1, (2, 60, 2, 3))
     q[:5, 1] = q[:5, 0]  # a point
     q[5:10, 1] = q[5:10, 0] + p[5:10, 1] - p[5:10, 0]  # parallel
-    s, t = nearest(p[:, 0], p[:, 1] - p[:, 0], q[:, 0], q[:, 1] - q[:, 0])
+    s, t = nearest_points(p[:, 0], p[:, 1] - p[:, 0], q[:, 0], q[:, 1] - q[:, 0])
     gap = p[:, 0] + s[:, None] * (p[:, 1] - p[:, 0]) - q[:, 0] - t[:, None] * (q[:, 1] - q[:, 0])
     for one, other, distance in zip(p, q, np.linalg.norm(gap, axis=1), strict=True):
         # a capsule so thin that coal sees a line
@@ -53,9 +54,9 @@ def test_capsule_distances_are_coals():
 
 
 def _capsule(start: np.ndarray, end: np.ndarray) -> tuple:
-    way = end - start
-    length = float(np.linalg.norm(way))
-    R = np.eye(3) if length == 0 else pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), way).toRotationMatrix()
+    axis = end - start
+    length = float(np.linalg.norm(axis))
+    R = np.eye(3) if length == 0 else pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis).toRotationMatrix()
     return coal.Capsule(1e-4, max(length, 1e-9)), coal.Transform3s(R, (start + end) / 2)
 
 
@@ -64,11 +65,11 @@ def test_bounding_capsules_hold_their_points(tmp_path):
     for scale in ([1, 0.2, 0.1], [1, 1, 1], [1, 0.9, 0.0]):
         points = rng.standard_normal((200, 3)) * scale + 3
         start, end, radius = bounding_capsule(points)
-        s, _ = nearest(
+        s, _ = nearest_points(
             np.broadcast_to(start, points.shape), np.broadcast_to(end - start, points.shape), points, 0 * points
         )
         assert np.linalg.norm(start + s[:, None] * (end - start) - points, axis=1).max() <= radius + 1e-9
-    capsules = capsules_of(collision_shapes(boxes(tmp_path)))
+    capsules = capsules_of(collision_geometry(boxes(tmp_path)))
     assert [c.link for c in capsules] == [0, 1, 2]
     assert capsules[1].radius == pytest.approx(0.05)  # half the diagonal of 0.08 x 0.06
     assert np.linalg.norm(capsules[2].end - capsules[2].start) == pytest.approx(0.3)
@@ -78,7 +79,7 @@ def test_rows_are_the_physics_they_name(ur5):
     model = pid.Model.nominal(ur5)
     workspace, series = Workspace.of(model), Series(6, 4, 0.15)
     y = 0.4 * np.random.default_rng(0).standard_normal(series.size)
-    rows = Walls(workspace, series).rows()
+    rows = workspace_constraints(workspace, series)
     found = rows.value(y).reshape(48, -1)
     motion = series.trajectory(y)
     states = motion.states(np.arange(48) / 48 * series.period)
@@ -92,20 +93,22 @@ def test_rows_are_the_physics_they_name(ur5):
         tool = pin.SE3(np.eye(3), ur5.tool)
         speed = np.linalg.norm(tool.actInv(data.v[6]).linear)
         assert found[k, 6] == pytest.approx((speed / 0.97) ** 2)
-        for (i, j), value in zip(workspace.pairs, found[k, 7 + len(workspace.above) :], strict=True):
+        for (i, j), value in zip(
+            workspace.self_collision.pairs, found[k, 7 + len(workspace.table.ends) :], strict=True
+        ):
             shapes = []
-            for c in (workspace.capsules[i], workspace.capsules[j]):
+            for c in (workspace.arm.capsules[i], workspace.arm.capsules[j]):
                 frame = data.oMi[c.link] if c.link else pin.SE3.Identity()
                 shapes.append((_capsule(frame.act(c.start), frame.act(c.end)), c.radius))
             result = coal.DistanceResult()
             gap = coal.distance(*shapes[0][0], *shapes[1][0], coal.DistanceRequest(), result) + 2e-4
-            expected = (gap - shapes[0][1] - shapes[1][1] - 0.02 - HELD_APART) / LENGTH
+            expected = (gap - shapes[0][1] - shapes[1][1] - 0.02 - DISTANCE_RESERVE) / LENGTH_UNIT
             assert value == pytest.approx(expected, abs=1e-4)
 
 
 def test_gradients_of_rows_and_penalty(ur5):
     workspace, series = Workspace.of(pid.Model.nominal(ur5)), Series(6, 4, 0.15)
-    rows = Walls(workspace, series).rows()
+    rows = workspace_constraints(workspace, series)
     y = 0.4 * np.random.default_rng(3).standard_normal(series.size)
     J = np.zeros((len(rows.lower), series.size))
     J[rows.pattern[:, 0], rows.pattern[:, 1]] = rows.jacobian(y)
@@ -123,7 +126,7 @@ def test_all_limits_hold_between_the_nodes(tmp_path):
     assert all(one.margin > 0 for one in found.margins)
     assert {one.limit for one in found.margins} >= {"torque", "table", "self-collision", "position"}
     _, q, v, a = found.trajectory.sample(700.0)
-    data, shapes = robot.pinocchio.createData(), collision_shapes(robot)
+    data, shapes = robot.pinocchio.createData(), collision_geometry(robot)
     names = [int(g.parentJoint) for g in shapes.geometryObjects]
     shapes.addCollisionPair(pin.CollisionPair(names.index(0), names.index(2)))
     geometry = pin.GeometryData(shapes)

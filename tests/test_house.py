@@ -32,7 +32,7 @@ FLOORS = (
     "excitation",
     "simulation",
     "diagnosis",
-    "view",
+    "graphics",
     "report",
     "export",
     "demo",
@@ -43,7 +43,7 @@ MOST_MODULES = 13  # of a folder: about a dozen
 MOST_LINES = 300  # of a file
 # Where effects may be named in the code outside effects/: all other modules read what they need from the effect's class.
 NAMED_EFFECTS = {
-    "physident.view.style": "any",  # one colour for each
+    "physident.graphics.style": "any",  # one colour for each
     "physident.demo.arms": "any",  # the effects that the demo hides
     "physident.report.sections.advice": ("joint_zero_offset",),  # no motion shows it about a vertical axis
     "physident.export.urdf": ("rigid_body", "viscous_friction", "coulomb_friction"),  # what URDF has elements for

@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import physident.excitation.design
+import physident.excitation.design_trajectory
 from physident.cli import run
-from physident.excitation.search.nlp import Rows, minimise
+from physident.excitation.limits.constraints import Constraints
+from physident.excitation.search.ipopt import minimise
 
 
 def test_a_solver_is_stopped_at_once_and_the_interrupt_arrives() -> None:
     pattern = np.array([[0, 0], [1, 1]])
-    rows = Rows(np.full(2, -9.0), np.full(2, 9.0), pattern, lambda y: y, lambda _: np.ones(2))
+    rows = Constraints(np.full(2, -9.0), np.full(2, 9.0), pattern, lambda y: y, lambda _: np.ones(2))
     called = []
 
     def far(y: np.ndarray):  # Rosenbrock's valley: dozens of iterations from here
@@ -41,7 +42,7 @@ def test_the_command_says_that_it_was_stopped(
         raise KeyboardInterrupt
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(physident.excitation.design, "design_trajectory", stopped)
+    monkeypatch.setattr(physident.excitation.design_trajectory, "design_trajectory", stopped)
     assert run(["design", "--robot", "ur5", "--out", "plan.json", "--csv", "plan.csv"]) == 130
     out, err = capfd.readouterr()
     assert (out, err) == ("", "physident: stopped; no file was left half written\n")

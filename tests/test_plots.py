@@ -13,8 +13,8 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.effects.contact import Contact
+from physident.graphics import style
 from physident.validation.comparison import contact_bands, predict_pair, rms
-from physident.view import style
 from tests.test_report import made
 
 
@@ -104,7 +104,7 @@ def test_signs_of_formulas_in_names_are_shown_as_they_are(folder: Path, drawn: l
     text = estimate.model.robot.urdf.replace("elbow_joint", "$elbow^$")
     renamed = pid.load_robot(str(_written(folder / "renamed.urdf", text)))
     pair = predict_pair(pid.Model.nominal(renamed), None, [pid.load_recording(odd)], estimate.filter)
-    from physident.view.figures.residual import plot_residuals
+    from physident.graphics.figures.residual import plot_residuals
 
     plot_residuals(pair, renamed, folder / "odd.png", head="$a^$")
     assert "$elbow^$" in drawn[1].axes[2].get_title(loc="left")

@@ -161,7 +161,7 @@ def test_recordings_are_drawn_only_with_the_hash_that_was_diagnosed(folder: Path
     last = text[-1].split(",")
     (tmp_path / "two.csv").write_text("\n".join([*text[:-1], ",".join([*last[:-1], "0.123"])]) + "\n")
     page = page_of(tmp_path, moved)
-    assert "two.csv: another recording lies there now" in page.text
+    assert "two.csv: changed" in page.text
     assert [h.text for h in page.all("h3")].count("one.csv") == 1
     (tmp_path / "two.csv").unlink()
     (tmp_path / "one.csv").write_text("no recording")
@@ -175,10 +175,10 @@ def test_recordings_are_drawn_only_with_the_hash_that_was_diagnosed(folder: Path
 def test_a_model_that_lacked_structure_before_is_said_to(folder: Path, tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv", "diagnosis.json"):
         shutil.copy(folder / name, tmp_path / name)
-    assert "Doubtful as a difference" not in page_of(tmp_path, lambda data: data.update(incomplete=[])).text
+    assert "Changes that may not be new" not in page_of(tmp_path, lambda data: data.update(incomplete=[])).text
     page = page_of(tmp_path, lambda data: data.update(incomplete=[2, 3]))
-    assert "more than noise of its own recordings on joints 2 and 3" in page.text
-    assert "First ask what is missing from the model" in page.text
+    assert "is still autocorrelated on joints 2 and 3" in page.text
+    assert "First find what the model lacks" in page.text
 
 
 def test_every_rival_has_the_command_that_can_be_typed(folder: Path, tmp_path: Path) -> None:
@@ -251,12 +251,12 @@ def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(folder:
 
     page = page_of(folder, doubtful)
     (head,) = page.all("header")
-    assert "distrust this diagnosis" in head.text
+    assert "Do not trust this diagnosis" in head.text
     assert "Finding 1 could have another cause" in head.text
     assert "It could also be torque constant on joint 2." in page.all("article")[0].text
-    assert "To tell load-dependent friction on joint 2 from torque constant on joint 2" in page.text
+    assert "To separate load-dependent friction on joint 2 from torque constant on joint 2" in page.text
     calm = page_of(folder).all("header")[0]
-    assert "Mind" not in calm.text
+    assert "Note:" not in calm.text
 
 
 def test_what_does_not_repeat_is_shown_and_nothing_below_it_is_called_structure(folder: Path) -> None:

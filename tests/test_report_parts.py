@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import physident as pid
 from physident.diagnosis.result.typed import typed
 from physident.diagnosis.result.wording import headline, in_words, listed, numbered
-from physident.report.chart import COLUMNS, HEIGHT, WIDTH, Line, line_chart, ticks
+from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
 from tests.page import Element, read_page
@@ -63,7 +63,7 @@ def test_a_long_series_keeps_every_peak_and_a_short_one_every_sample() -> None:
     top = drawn[:, 1].min()  # the drawing's axis points down
     places = set(drawn[drawn[:, 1] == top][:, 0])
     for peak in peaks:
-        assert min(abs(place - WIDTH * time[peak] / time[-1]) for place in places) <= WIDTH / COLUMNS + 1
+        assert min(abs(place - WIDTH * time[peak] / time[-1]) for place in places) <= WIDTH / BINS + 1
     _, (short,) = curves([Line("x", time[:300], values[:300], "#000")])
     assert len(short) == 300
 

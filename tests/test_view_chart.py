@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physident.view.session.chart import HEIGHT, WIDTH, Axes, binned_median, decades, ticks
+from physident.graphics.session.chart import HEIGHT, WIDTH, Axes, binned_median, decades, ticks
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.3, 2.7), (0.0, 1e-4), (-4e5, 9e5), (99.0, 101.0)])

@@ -11,8 +11,8 @@ import pytest
 from rerun.chunk import RrdReader
 
 import physident as pid
-from physident.view.plan import plan_of
-from physident.view.session.chart import HEIGHT, WIDTH
+from physident.graphics.plan import plan_of
+from physident.graphics.session.chart import HEIGHT, WIDTH
 from tests.test_view_session import curve, read
 
 RATE = 50.0  # Hz of the curves

@@ -12,9 +12,9 @@ import physident as pid
 from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.contact import Contact
-from physident.view.plan import plan_of, plan_words
-from physident.view.session.content import compose
-from physident.view.session.text import findings
+from physident.graphics.plan import plan_markdown, plan_of
+from physident.graphics.session.content import compose
+from physident.graphics.session.text import findings
 
 LEVELS = JointErrors(np.ones(6), np.full(6, 10.0))
 VALUE = ParameterValue(
@@ -99,7 +99,7 @@ def test_a_design_is_read_back_with_its_limits(tmp_path: Any, ur5: pid.Robot) ->
     plan = plan_of(path)
     np.testing.assert_array_equal(plan.motion.sample(20.0)[1], motion.sample(20.0)[1])
     assert plan.progress == (90.0, 14.25)
-    words = plan_words(plan.design)
+    words = plan_markdown(plan.design)
     assert "14.25" in words
     assert words.index("joint 3") < words.index("joint 4")  # the nearest limit first
     for broken in ({"margins": [{}]}, {"condition": "high"}, {"progress": [1.0, -2.0]}, {"trajectory": {"a": 1}}):

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.view.scene import link_poses, tool_path
-from physident.view.scene_shapes import arm_shapes, turned_to
+from physident.graphics.scene import link_poses, tool_path
+from physident.graphics.visuals import arm_visuals, turned_to
 from tests.robots import TREE
 
 BOXED = """<robot name="boxed">
@@ -48,7 +48,7 @@ def test_poses_are_those_of_pinocchio(which: str, request: pytest.FixtureRequest
 
 
 def test_capsules_reach_from_each_joint_to_the_next(tree: pid.Robot) -> None:
-    shapes = [shape for shape in arm_shapes(tree) if shape.kind == "capsule"]
+    shapes = [shape for shape in arm_visuals(tree) if shape.kind == "capsule"]
     assert {shape.joint for shape in shapes} >= set(range(tree.n))
     far = [joint for joint in tree.joints if np.linalg.norm(joint.translation) > 0.05]
     assert len(far) == tree.n
@@ -66,12 +66,12 @@ def test_shapes_of_the_description_stand_where_it_puts_them(tmp_path: Path) -> N
     urdf, mesh = tmp_path / "boxed.urdf", tmp_path / "parts" / "meshes" / "hand.stl"
     urdf.write_text(BOXED)
     robot = pid.load_robot(urdf)
-    without = {shape.kind for shape in arm_shapes(robot) if shape.joint == 0}
+    without = {shape.kind for shape in arm_visuals(robot) if shape.joint == 0}
     assert without == {"capsule"}  # half a link is none: the hand's mesh is not there
     mesh.parent.mkdir(parents=True)
     triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
     mesh.write_bytes(bytes(80) + struct.pack("<I", 1) + triangle)
-    shapes = arm_shapes(robot, tmp_path)
+    shapes = arm_visuals(robot, tmp_path)
     (base,) = [shape for shape in shapes if shape.joint < 0]
     assert (base.kind, base.size) == ("cylinder", (0.1, 0.2))
     box, hand = (next(s for s in shapes if s.kind == kind) for kind in ("box", "mesh"))

@@ -12,12 +12,12 @@ from rerun.chunk import RrdReader
 
 import physident as pid
 from physident.effects.contact import Contact
+from physident.graphics import style
+from physident.graphics.session.bands import contact_intervals
+from physident.graphics.session.content import SessionContent
+from physident.graphics.session.data import gather, moving_rms
+from physident.graphics.session.log import rgb
 from physident.validation.scores import predictions
-from physident.view import style
-from physident.view.session.bands import contact_intervals
-from physident.view.session.content import Content
-from physident.view.session.data import gather, moving_rms
-from physident.view.session.log import rgb
 
 FAULT = (6.0, 8.0)  # s of the second recording, in which joint 2 needs 40 N m more
 NAMES = ("default", "simple")
@@ -189,16 +189,16 @@ def test_the_moving_rms_is_that_of_its_window() -> None:
 def test_a_session_that_fails_leaves_what_was_there(
     tmp_path: Path, ur5: pid.Robot, recordings: list[pid.Recording]
 ) -> None:
-    from physident.view.session.session import write_session
+    from physident.graphics.session.write import write_session
 
     path = tmp_path / "session.rrd"
     path.write_text("kept")
     other = replace(recordings[0], q=recordings[0].q[:, :3], dq=None, effort=recordings[0].effort[:, :3])
     with pytest.raises(pid.InputError, match="3 joints"):
-        write_session(Content(ur5, (other,)), path)
+        write_session(SessionContent(ur5, (other,)), path)
     with pytest.raises(pid.InputError, match=r"expected \.rrd"):
-        write_session(Content(ur5, tuple(recordings)), tmp_path / "session.txt")
+        write_session(SessionContent(ur5, tuple(recordings)), tmp_path / "session.txt")
     with pytest.raises(pid.InputError, match="nothing to show"):
-        write_session(Content(ur5), path)
+        write_session(SessionContent(ur5), path)
     assert [p.name for p in tmp_path.iterdir()] == ["session.rrd"]
     assert path.read_text() == "kept"

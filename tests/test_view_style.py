@@ -7,7 +7,7 @@ import numpy as np
 from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS
 from physident.effects.classification import Family
 from physident.effects.friction import ViscousFriction
-from physident.view import style
+from physident.graphics import style
 
 # what protan and deutan eyes see of linear RGB: Machado, Oliveira and Fernandes (2009), table 1, severity 1
 EYES = {

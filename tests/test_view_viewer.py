@@ -11,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.view.viewer import HOST, SESSION, _quiet, web_server
+from physident.graphics.viewer import HOST, SESSION, _quiet, web_server
 
 
 def test_statistics_stay_off(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,12 +56,12 @@ def test_the_page_may_talk_to_its_server_alone(tmp_path: Path, monkeypatch: pyte
 
 
 def test_the_package_and_the_function_share_a_name(tmp_path: Path, ur5: pid.Robot) -> None:
-    import physident.view.style
+    import physident.graphics.style
 
     plan = pid.random_trajectory(ur5, seed=1)
     pid.view(robot=ur5, plan=plan, to=tmp_path / "plan.rrd")
     assert (tmp_path / "plan.rrd").stat().st_size > 1000
-    assert physident.view.style.effect_colour("contact").startswith("#")
+    assert physident.graphics.style.effect_colour("contact").startswith("#")
 
 
 def test_what_cannot_be_shown_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], ur5: pid.Robot) -> None:
@@ -71,7 +71,7 @@ def test_what_cannot_be_shown_is_one_line(tmp_path: Path, capsys: pytest.Capture
     out = str(tmp_path / "s.rrd")
     for arguments, said in (
         (["--out", out], "nothing to show"),
-        (["--plan", str(plan), "--out", out], "no robot is known"),
+        (["--plan", str(plan), "--out", out], "no robot is given"),
         (["--plan", str(plan), "--robot", "ur5", "--out", str(tmp_path / "s.html")], "expected .rrd"),
         (["--plan", str(plan), "--robot", "ur5", "--meshes", str(plan), "--out", out], "is no folder"),
         (["--plan", str(broken), "--robot", "ur5", "--out", out], "broken.json"),

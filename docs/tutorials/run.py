@@ -1,7 +1,7 @@
-"""Plays the tutorials of this folder and writes what was printed into them: `python docs/tutorials/run.py`.
+"""Run the tutorials in this folder and write their outputs into them: `python docs/tutorials/run.py`.
 
-Python blocks and lines that start with `physident` are run in order, in an empty folder; the text block after them holds
-what they printed.
+Python blocks and lines that start with `physident` are run in order, in an empty folder. The text block after them gets
+their output.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BLOCK = re.compile(r"^```(python|sh|text)\n(.*?)^```\n", flags=re.S | re.M)
 
 
 def played(page: str, folder: Path) -> str:
-    """The page with every text block as its blocks really print, run in ``folder``; raises RuntimeError where one fails."""
+    """The page with the outputs of its blocks, run in ``folder``; raises RuntimeError for a command that fails."""
     names: dict[str, Any] = {"__name__": "__main__"}
     printed = ""
     parts, at = [], 0
@@ -61,14 +61,14 @@ def _shell(text: str) -> str:
 
 @contextlib.contextmanager
 def _printing() -> Iterator[io.StringIO]:
-    """Output and messages as a terminal shows them, together."""
+    """Collects standard output and standard error together, as a terminal shows them."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
         yield out
 
 
 def _lines(text: str) -> str:
-    """Printed lines without spaces at their ends."""
+    """The lines without trailing spaces."""
     return "".join(f"{line.rstrip()}\n" for line in text.strip("\n").splitlines())
 
 

@@ -1,4 +1,8 @@
-"""The command line: one verb a file, each prints one type and writes one file."""
+"""The command line: one command a file.
+
+``app`` is the application and what commands share, ``options`` the options that several commands have. The commands are in
+``recordings``, ``models`` and ``diagnosis``, as ``physident --help`` lists them.
+"""
 
 from __future__ import annotations
 
@@ -9,88 +13,75 @@ import warnings
 
 import typer
 
-# the matrices here are small: one thread is as fast, and threads that wait for a busy core cost ten times as much
+# the matrices are small: one thread is as fast, and threads that wait for a busy core cost ten times as much
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from physident.cli.app import app
+from physident.cli.app import COMMANDS, app
 from physident.errors import PhysidentError, PhysidentWarning
 
-# typer builds on its own copy of click or on the real one, by version: the base of every usage error is found, not named
+# the base class of all usage errors: by version, typer uses its own copy of click or the real one
 CommandLineError: type[Exception] = typer.BadParameter.__mro__[2]
-VERBS = (  # in the order of --help
-    "recordings.demo",
-    "recordings.inspect",
-    "models.identify",
-    "models.validate",
-    "models.compare",
-    "diagnosis.diagnose",
-    "diagnosis.report",
-    "diagnosis.view",
-    "models.base_parameters",
-    "models.export",
-    "models.payload",
-    "models.drive_gains",
-    "recordings.simulate",
-    "recordings.design",
-)
 INTERRUPTED = 130  # the exit code of Ctrl-C
 MAX_LINE = 800  # characters of a message
-for _verb in VERBS:
-    importlib.import_module(f"physident.cli.{_verb}")
+for _folder, _names in COMMANDS.items():
+    for _name in _names:
+        importlib.import_module(f"physident.cli.{_folder}.{_name.replace('-', '_')}")
 
 
 def main() -> None:
-    """Run the command line; exit code 0, 2 for input that cannot be used, 3 for a problem that was not solved."""
-    for stream in (sys.stdout, sys.stderr):  # a terminal that lacks a sign shows its number
+    """Run the command line; exit code 0, 2 for unusable input, 3 for a problem that was not solved."""
+    for stream in (sys.stdout, sys.stderr):  # a character that the terminal lacks is shown by its number
         stream.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
     sys.exit(run(sys.argv[1:]))
 
 
 def run(arguments: list[str]) -> int:
-    """Run one command and return its exit code; everything that goes wrong is one line on standard error.
+    """Run one command and return its exit code; an error is one line on standard error.
 
-    Warnings are shown after a success; beside an error there is nothing but its line.
+    Warnings are collected and shown after a success only.
     """
-    held: list[str] = []
+    collected: list[str] = []
 
-    def hold(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object) -> None:
+    def collect(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object) -> None:
         known = issubclass(category, PhysidentWarning)
-        held.append(
+        collected.append(
             f"warning: {message}" if known else f"warning: {category.__name__}: {message} ({filename}:{lineno})"
         )
 
     with warnings.catch_warnings():
-        warnings.showwarning = hold
+        warnings.showwarning = collect
         warnings.simplefilter("always", PhysidentWarning)
         try:
             result = app(args=arguments or ["--help"], prog_name="physident", standalone_mode=False)
-            if result == INTERRUPTED:  # typer takes Ctrl-C for an exit of its own
+            if result == INTERRUPTED:  # typer turns Ctrl-C into this result
                 raise KeyboardInterrupt
-            for text in dict.fromkeys(held):
-                _say(text)
+            for text in dict.fromkeys(collected):
+                _print_line(text)
             return result if isinstance(result, int) else 0
         except PhysidentError as error:
-            _say(f"error: {error}")
+            _print_line(f"error: {error}")
             return error.exit_code
         except CommandLineError as error:
-            _say(f"error: {error.format_message()}; see physident --help")  # pyright: ignore[reportAttributeAccessIssue]
+            _print_line(f"error: {error.format_message()}; see physident --help")  # pyright: ignore[reportAttributeAccessIssue]
             return 2
         except (typer.Abort, KeyboardInterrupt):
-            _say("stopped; no file was left half written")
+            _print_line("stopped; no file was left half written")
             return INTERRUPTED
         except BrokenPipeError:
             sys.stderr.close()
             return 0
         except OSError as error:
-            _say(f"error: {error.filename or 'a file'}: {error.strerror or error}; expected a path that can be used")
+            _print_line(
+                f"error: {error.filename or 'a file'}: {error.strerror or error}; expected a path that can be used"
+            )
             return 2
         except MemoryError:
-            _say("error: not enough memory for these recordings; cut them into parts")
+            _print_line("error: not enough memory for these recordings; expected shorter ones, split them")
             return 2
 
 
-def _say(text: str) -> None:
-    """One line on standard error, whatever the text quotes: no control signs, nothing endless."""
+def _print_line(text: str) -> None:
+    """Print a text as one line on standard error, without control characters and of limited length."""
     line = "".join(sign if sign.isprintable() else "?" for sign in " ".join(text.split()))
     if len(line) > MAX_LINE:
         line = f"{line[: MAX_LINE // 2]} ... {line[-MAX_LINE // 2 :]}"

@@ -1,4 +1,4 @@
-"""The typer application, and what several verbs do: reading, checking, saying how far they are."""
+"""The typer application, and what several commands share: reading recordings, checking outputs, showing progress."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
+from typer.core import TyperGroup
 
 from physident.cli.options import parse_numbers
 from physident.errors import InputError, warn
@@ -17,8 +18,27 @@ from physident.errors import InputError, warn
 if TYPE_CHECKING:
     from physident.recordings.recording import Recording
 
+COMMANDS = {  # by folder, in the order of --help
+    "recordings": ("demo", "inspect", "design", "simulate"),
+    "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export"),
+    "diagnosis": ("diagnose", "report", "view"),
+}
+
+
+class GroupedCommands(TyperGroup):
+    """Lists the commands of ``physident --help`` under the headings of ``COMMANDS``."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        for heading, names in COMMANDS.items():
+            commands = {name: self.get_command(ctx, name) for name in names}
+            rows = [(name, command.get_short_help_str()) for name, command in commands.items() if command is not None]
+            with formatter.section(heading.capitalize()):
+                formatter.write_dl(rows)
+
+
 app = typer.Typer(
     name="physident",
+    cls=GroupedCommands,
     help="Identify the dynamics of robot arms from recordings, and find what their simulation gets wrong.",
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -29,7 +49,7 @@ T = TypeVar("T")
 
 
 def read_recordings(paths: list[str], columns: str | None, gains: str | None, quiet: bool = False) -> list[Recording]:
-    """Recordings of the given paths and patterns, with a progress bar; unless quiet, says what was left out of each."""
+    """The recordings of paths and patterns, with a progress bar; unless ``quiet``, warns of rows and columns left out."""
     from physident.recordings.columns import Columns
     from physident.recordings.load import find_recordings, load_recording
 
@@ -38,44 +58,44 @@ def read_recordings(paths: list[str], columns: str | None, gains: str | None, qu
     files = find_recordings(paths)
     recordings = [load_recording(file, layout, numbers) for file in progress(files, "reading")]
     for recording in () if quiet else recordings:
-        report(recording)
+        warn_of_rejected(recording)
     return recordings
 
 
 def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, plot: Path | None = None) -> None:
-    """Before any work: raises InputError for an output that cannot be written, or that would replace an input.
+    """Raises InputError for an output that cannot be written, or that would replace an input; called before any work.
 
-    ``inputs`` are files, patterns, or names of no file; None is skipped in both.
+    ``inputs`` are files, patterns, or names that are no files, such as that of a built-in robot. None is skipped.
     """
     from physident.files import check_target
-    from physident.view.style import FORMATS
+    from physident.graphics.style import FORMATS
 
     if plot is not None and plot.suffix.lower() not in FORMATS:
         raise InputError(f"plot {str(plot)!r} has no known ending, expected one of {', '.join(FORMATS)}")
-    asked = [path for path in (*outputs, plot) if path is not None]
-    for output in asked:
+    given = [path for path in (*outputs, plot) if path is not None]
+    for output in given:
         check_target(output)
     read = [file for source in inputs if source for file in glob.glob(str(source)) or [str(source)]]
-    places = [os.path.realpath(path) for path in asked]
+    places = [os.path.realpath(path) for path in given]
     if replaced := [path for path in read if os.path.exists(path) and os.path.realpath(path) in places]:
         raise InputError(f"output {replaced[0]!r} is also read by this command; expected another path to write to")
     if len(set(places)) < len(places):
-        raise InputError(f"output {str(asked[-1])!r} is given twice; expected another path for each result")
+        raise InputError(f"output {str(given[-1])!r} is given twice; expected another path for each result")
 
 
-def report(recording: Recording) -> None:
-    """Warn of what of a recording was left out: rows by number, columns by name."""
+def warn_of_rejected(recording: Recording) -> None:
+    """Warn of the rows and columns of a recording that were left out."""
     if recording.rejected:
         bad = recording.rejected
         shown = "; ".join(f"row {b.row}: {b.reason}" for b in bad[:3])
-        more = f"; and {len(bad) - 3} more (physident inspect names all)" if len(bad) > 3 else ""
+        more = f"; and {len(bad) - 3} more (physident inspect lists all)" if len(bad) > 3 else ""
         warn(f"{recording.source}: {len(bad)} bad rows left out ({shown}{more})")
     if recording.ignored:
         warn(f"{recording.source}: columns ignored: {_listed(recording.ignored)}")
 
 
-def progress(items: Iterable[T], doing: str) -> Iterator[T]:
-    """The items, with a progress bar on standard error once they have taken more than two seconds."""
+def progress(items: Iterable[T], activity: str) -> Iterator[T]:
+    """The items, with a progress bar on standard error after two seconds."""
     import time
 
     listed = list(items)
@@ -89,7 +109,7 @@ def progress(items: Iterable[T], doing: str) -> Iterator[T]:
 
                 bar = Progress(console=Console(stderr=True), transient=True)
                 bar.start()
-                bar.add_task(doing, total=len(listed))
+                bar.add_task(activity, total=len(listed))
             if bar is not None:
                 bar.update(bar.task_ids[0], completed=index)
             yield item
@@ -99,16 +119,16 @@ def progress(items: Iterable[T], doing: str) -> Iterator[T]:
 
 
 @contextmanager
-def busy(doing: str) -> Iterator[None]:
-    """A clock on standard error for work whose steps cannot be counted, once it has taken more than two seconds."""
+def busy(activity: str) -> Iterator[None]:
+    """A clock on standard error, after two seconds, for work whose steps cannot be counted."""
     import threading
 
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn(doing), TimeElapsedColumn())
+    columns = (SpinnerColumn(), TextColumn(activity), TimeElapsedColumn())
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.add_task(doing, total=None)
+    bar.add_task(activity, total=None)
     timer = threading.Timer(2, bar.start)
     timer.daemon = True
     timer.start()
@@ -116,12 +136,12 @@ def busy(doing: str) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
-        if bar.live.is_started:  # stopping a bar that never ran would print an empty line
+        if bar.live.is_started:  # stopping a bar that was not started would print an empty line
             bar.stop()
 
 
 def _listed(names: tuple[str, ...]) -> str:
-    """Column names in one line: numbered ones as a range, as in target_torque_1..6."""
+    """Column names in one line, numbered ones as a range: target_torque_1..6."""
     groups: dict[str, list[str]] = {}
     for name in names:
         stem, _, number = name.rpartition("_")

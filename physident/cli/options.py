@@ -1,4 +1,4 @@
-"""Options that several verbs share, and what their texts mean."""
+"""Options that several commands have, and how their values are read."""
 
 from __future__ import annotations
 
@@ -17,16 +17,28 @@ if TYPE_CHECKING:
     from physident.robots.robot import Robot
 
 Recordings = Annotated[
-    list[str], typer.Argument(metavar="REC...", help="Recordings: .csv, .csv.gz, .npz, or patterns.")
+    list[str],
+    typer.Argument(metavar="RECORDING...", help="Recordings (.csv, .csv.gz, .npz), or patterns such as runs/*.csv."),
 ]
-RobotOption = Annotated[str | None, typer.Option("--robot", help="Built-in name (ur5), .urdf file or DH table .toml.")]
+RobotOption = Annotated[
+    str | None,
+    typer.Option("--robot", metavar="NAME|FILE", help="A built-in robot (ur5), a URDF file or a DH table (.toml)."),
+]
 ColumnsOption = Annotated[
     str | None,
-    typer.Option("--columns", help="Layout without canonical header: time=0,q=1:7,dq=7:13,current=13:19 (zero-based)."),
+    typer.Option(
+        "--columns",
+        metavar="LAYOUT",
+        help="Columns of files without a header, counted from 0: time=0,q=1:7,dq=7:13,current=13:19.",
+    ),
 ]
 GainsOption = Annotated[
     str | None,
-    typer.Option("--drive-gains", help='Motor current to joint torque [N m/A], one a joint: "10.7 10.7 ...".'),
+    typer.Option(
+        "--drive-gains",
+        metavar="GAINS",
+        help='Joint torque per motor current [N m/A], one number for each joint: "10.7 10.7 ...".',
+    ),
 ]
 
 
@@ -40,17 +52,24 @@ def _checked_cutoff(cutoff: float | None) -> float | None:
 
 CutoffOption = Annotated[
     float | None,
-    typer.Option("--cutoff", callback=_checked_cutoff, help="Cutoff of the low-pass on both sides [Hz]."),
+    typer.Option(
+        "--cutoff",
+        metavar="HZ",
+        callback=_checked_cutoff,
+        help="Cutoff of the low-pass for torque and model [Hz].",
+    ),
 ]
-ModelOption = Annotated[Path, typer.Option("--model", help="A model file that identify wrote.")]
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Also write the result as JSON to this file.")]
+ModelOption = Annotated[Path, typer.Option("--model", metavar="FILE", help="A model that identify wrote.")]
+JsonOption = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="Also write the result as JSON to this file.")
+]
 IncludeFittedOption = Annotated[
-    bool, typer.Option("--include-fitted", help="Allow recordings the model was fitted to.")
+    bool, typer.Option("--include-fitted", help="Allow recordings that the model was fitted to.")
 ]
 
 
 def robot_of(option: str | None) -> Robot:
-    """The robot of --robot; raises InputError where none was given."""
+    """The robot of --robot; raises InputError without that option."""
     from physident.robots.robot import load_robot
 
     if option is None:
@@ -59,7 +78,7 @@ def robot_of(option: str | None) -> Robot:
 
 
 def filter_of(cutoff: float | None) -> Filter:
-    """The filter with the cutoff of --cutoff [Hz], the usual one without it."""
+    """The filter with the cutoff [Hz] of --cutoff, or the default filter."""
     from physident.recordings.signals import Filter
 
     return Filter() if cutoff is None else Filter(cutoff)
@@ -71,7 +90,7 @@ def names_of(text: str) -> list[str]:
 
 
 def effects_of(option: str | None) -> Sequence[str]:
-    """The effects of --effects, the default ones without it."""
+    """The effects of --effects, or the default effects."""
     from physident.effects.catalogue import DEFAULT_EFFECTS
 
     return DEFAULT_EFFECTS if option is None else names_of(option)

@@ -1,4 +1,4 @@
-"""The demo: a generated arm in which one effect was changed, its diagnosis, and then the truth.
+"""The demo: a simulated arm with one hidden change, its diagnosis, and then the truth.
 
-``arms`` draws the change, ``run`` plays the demo. Start with ``run``.
+``arms`` draws the change, ``run`` runs the demo. Start with ``run``.
 """

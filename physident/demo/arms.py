@@ -1,4 +1,4 @@
-"""The demo's arms: a healthy UR5, and the same with one effect hidden in it that a seed draws."""
+"""The arms of the demo: a healthy UR5, and the same arm with one hidden change that a seed draws."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])  # N m
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])  # N m s/rad
 ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])  # kg m^2
 Rng = np.random.Generator
-Drawn = tuple[tuple[int, ...], list[float], dict[str, Any]]  # joints from 1, changes of values, settings
+Drawn = tuple[tuple[int, ...], list[float], dict[str, Any]]  # joints from 1, changes of parameters, shape parameters
 
 
 def _scaled(typical: np.ndarray, low: float, high: float, **settings: tuple[float, ...]) -> Callable[[Rng], Drawn]:
-    """A value on any one joint, a share of what is typical there."""
+    """A value on one joint, as a share of the typical value there."""
 
     def draw(rng: Rng) -> Drawn:
         joint = int(rng.integers(1, 7))
@@ -36,7 +36,7 @@ def _hysteresis(rng: Rng) -> Drawn:
     return joints, [values[0] / distance], {"distance": (distance,)}  # it levels off at value times distance
 
 
-def _on(joints: tuple[int, ...], low: float, high: float) -> Callable[[Rng], Drawn]:
+def _signed(joints: tuple[int, ...], low: float, high: float) -> Callable[[Rng], Drawn]:
     return lambda rng: ((int(rng.choice(joints)),), [float(rng.uniform(low, high) * rng.choice((-1, 1)))], {})
 
 
@@ -56,8 +56,8 @@ def _tool(rng: Rng) -> Drawn:
 
 
 def _tilted(rng: Rng) -> Drawn:
-    angle, way = rng.uniform(0.03, 0.08), rng.uniform(0, 2 * np.pi)
-    return (), [float(9.81 * angle * np.cos(way)), float(9.81 * angle * np.sin(way))], {}
+    angle, direction = rng.uniform(0.03, 0.08), rng.uniform(0, 2 * np.pi)
+    return (), [float(9.81 * angle * np.cos(direction)), float(9.81 * angle * np.sin(direction))], {}
 
 
 HIDDEN: dict[str, Callable[[Rng], Drawn]] = {
@@ -68,9 +68,9 @@ HIDDEN: dict[str, Callable[[Rng], Drawn]] = {
     "presliding_hysteresis": _hysteresis,
     "load_dependent_friction": _loaded,
     "coupled_friction": _coupled,
-    "torque_constant": _on((1, 2, 3, 4, 5, 6), 0.1, 0.2),
+    "torque_constant": _signed((1, 2, 3, 4, 5, 6), 0.1, 0.2),
     "torque_offset": _scaled(COULOMB, 0.3, 0.6),
-    "joint_zero_offset": _on((2, 3, 4), 0.03, 0.06),
+    "joint_zero_offset": _signed((2, 3, 4), 0.03, 0.06),
     "payload": _tool,
     "gravity_tilt": _tilted,
 }
@@ -78,49 +78,51 @@ HIDDEN: dict[str, Callable[[Rng], Drawn]] = {
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What the demo hid: an ``effect`` on some joints (from 1; empty: the whole arm), by how much its values changed, and its
-    ``shapes``, each with name and unit, and the ``arm`` that has it."""
+    """The hidden change: an ``effect`` on ``joints`` (from 1; empty for the whole arm), and the changed ``arm``.
+
+    ``values`` are the changes of its parameters and ``shape`` its shape parameters, each with name and unit.
+    """
 
     effect: str
     joints: tuple[int, ...]
     values: tuple[tuple[str, float, str], ...]
     arm: Model
-    shapes: tuple[tuple[str, float, str], ...] = ()
+    shape: tuple[tuple[str, float, str], ...] = ()
 
     def __repr__(self) -> str:
         place = f" on joint{'s' * (len(self.joints) > 1)} {', '.join(map(str, self.joints))}" if self.joints else ""
         numbers = [(name, f"{value:+.4g}", unit) for name, value, unit in self.values[:4]]
-        numbers += [(name, f"{value:.4g}", unit) for name, value, unit in self.shapes]
-        said = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in numbers]
-        return f"{self.effect}{place}: {', '.join(said)}"
+        numbers += [(name, f"{value:.4g}", unit) for name, value, unit in self.shape]
+        parts = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in numbers]
+        return f"{self.effect}{place}: {', '.join(parts)}"
 
 
 def healthy_arm(robot: Robot) -> Model:
-    """The UR5 as it was: its nominal links, rotors, viscous and Coulomb friction."""
+    """The UR5 before the change: nominal links, rotors, viscous and Coulomb friction."""
     effects = make_effects(DEFAULT_EFFECTS)
-    own = {"rotor_inertia": ROTOR, "viscous_friction": VISCOUS, "coulomb_friction": COULOMB}
-    values = [own[e.name] if e.name in own else e.nominal(robot) for e in effects]
+    known = {"rotor_inertia": ROTOR, "viscous_friction": VISCOUS, "coulomb_friction": COULOMB}
+    values = [known[e.name] if e.name in known else e.nominal(robot) for e in effects]
     return Model(robot, effects, np.concatenate(values))
 
 
 def hide(arm: Model, seed: int) -> Truth:
-    """The arm with one effect more or one value changed, drawn by the seed."""
+    """The arm with one additional effect or one changed value, drawn by the seed."""
     rng = np.random.default_rng([seed, 19])
     name = list(HIDDEN)[int(rng.integers(len(HIDDEN)))]
     joints, changes, settings = HIDDEN[name](rng)
-    names, shapes = {effect.name for effect in arm.effects}, ()
+    names, shape = {effect.name for effect in arm.effects}, ()
     if name in names:
-        places = [i for i, c in enumerate(arm.columns) if c.effect == name and c.joint in joints]
+        changed_columns = [i for i, c in enumerate(arm.columns) if c.effect == name and c.joint in joints]
         theta = arm.theta.copy()
-        theta[places] += changes
+        theta[changed_columns] += changes
         changed = Model(arm.robot, arm.effects, theta)
     else:
         effect: Effect = CATALOGUE[name](joints=joints or None, **settings)
         changed = Model(arm.robot, (*arm.effects, effect), np.concatenate([arm.theta, changes]))
-        places = list(range(len(arm.theta), len(changed.theta)))
-        shapes = tuple(
+        changed_columns = list(range(len(arm.theta), len(changed.theta)))
+        shape = tuple(
             (s.field, float(settings[s.field][0]), s.unit) for s in effect.shape_parameters if s.field in settings
         )
-    columns = [changed.columns[i] for i in places]
+    columns = [changed.columns[i] for i in changed_columns]
     values = tuple((c.name, value, c.unit) for c, value in zip(columns, changes, strict=True))
-    return Truth(name, joints, values, changed, shapes)
+    return Truth(name, joints, values, changed, shape)

@@ -1,4 +1,4 @@
-"""The demo: an arm that was identified, has changed since, is diagnosed - and what was changed is then revealed."""
+"""The demo: identify an arm, change it, diagnose it, and reveal the change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from physident.simulation.simulate import Simulation
 
 SENSORS = Sensors(
     encoder_step=2 * np.pi / 2**17, velocity_noise=2e-3, torque_noise=(1.5, 2.0, 1.2, 0.3, 0.3, 0.25)
-)  # a UR5's encoders, and currents as noisy as its own
+)  # encoders of a UR5, and torque noise as from its motor currents
 DURATION = 20.0  # s
 BEFORE = ("before_1.csv", "before_2.csv")
 NOW = ("now_1.csv", "now_2.csv")
@@ -31,7 +31,7 @@ UNSEEN = "now_unseen.csv"
 
 @dataclass(frozen=True, eq=False)
 class Demo:
-    """What the demo made: a diagnosis, the truth it did not know, and the files to open."""
+    """The results of the demo: the diagnosis, the hidden truth, and the files to open."""
 
     diagnosis: Diagnosis
     truth: Truth
@@ -63,12 +63,12 @@ class Demo:
 
 
 def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
-    """Generate recordings of a UR5 before and after a change that the ``seed`` draws, identify, diagnose, reveal.
+    """Simulate recordings of a UR5 before and after a change that the ``seed`` draws, identify a model, and diagnose it.
 
-    Writes recordings, models, diagnosis, report and rerun session into ``folder``.
+    Writes recordings, models, diagnosis, report and rerun session into ``folder``, which is created.
     """
+    from physident.graphics.view import view
     from physident.report.page import write_report
-    from physident.view.session.session import view
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
 
 
 def _recorded(arm: Model, path: Path, seed: int) -> Recording:
-    """A recording of 20 s along a random Fourier motion, written as an arm would."""
+    """A recording of 20 s along a random Fourier motion, written to a file."""
     motion = random_trajectory(arm.robot, seed=seed, harmonics=5, base_frequency=0.1, duration=DURATION)
     write_csv(path, Simulation(arm, motion, None, SENSORS, seed=seed).table())
     (recording,) = load_recordings([path])

@@ -1,5 +1,6 @@
-"""Excitation: motions along which the parameters of a model, or two rival effects, show best.
+"""Excitation: motions that show the parameters of a model, or the difference between two rival effects, best.
 
-``design`` and ``discriminate`` are the verbs, ``session`` joins several motions. ``criterion`` is what is made small,
-``limits`` what must hold, ``search`` how it is found, ``motion`` the result. Start with ``design``.
+``design_trajectory`` and ``design_discriminating`` design a motion, and ``recording_session`` combines several. The
+``criterion`` is minimised within the ``limits`` by the ``search``; the result is a ``motion``. Start with
+``design_trajectory``.
 """

@@ -1,4 +1,4 @@
-"""What a design is for: whose columns, how weighted, on which motions."""
+"""The task of a design: which columns of the regressor to excite, and how they are weighted."""
 
 from __future__ import annotations
 
@@ -18,17 +18,22 @@ from physident.identifiability.base_parameters import find_base_parameters
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-NODES = 48  # of a period: the tenth harmonic, which five of a joint make in its torque, has five of them
-NODES_MEMORY = 192  # where an effect remembers: reversals are then an eighth of a second wide at most
-CHECKED = 1000  # instants of a period for what is reported
-TOGETHER = 8  # motions, of that many instants: more need more memory and are no faster
-REFERENCE_MOTIONS = 4
+NODES = 48  # instants of a period: five for each period of the torque's tenth harmonic
+NODES_MEMORY = 192  # for effects with a memory: it resolves reversals to an eighth of a second
+CHECKED = 1000  # instants of a period for the results that are reported
+BATCH = 8  # motions evaluated together on that many instants: more need more memory and are no faster
+REFERENCE_MOTIONS = 4  # random motions along which columns and rows are scaled
+REFERENCE_NODES = 200  # instants of each
+UNSCALED = "unscaled"  # the weighting of a bare robot's columns
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """The columns to excite: of ``model`` with ``effects``, the ``chosen`` (r,), each times ``scale`` (r,), rows of each
-    joint times ``weights`` (n,); ``weighting`` says in words where these come from."""
+    """The columns to excite: the ``chosen`` (r,) of all ``effects``, which may be more than those of the ``model``.
+
+    Each column is multiplied by its ``scale`` (r,), the rows of each joint by ``weights`` (n,). ``weighting`` describes in
+    words where both come from.
+    """
 
     model: Model
     effects: tuple[Effect, ...]
@@ -42,7 +47,7 @@ class Task:
         return Information(self.model, self.effects, series, nodes, self.chosen, self.scale, self.weights)
 
     def nodes(self, series: Series) -> int:
-        """How many instants a period needs."""
+        """Number of instants that a period needs."""
         memory = any(not effect.pointwise for effect in self.effects)
         return max(NODES_MEMORY if memory else NODES, 8 * series.harmonics)
 
@@ -51,17 +56,18 @@ class Task:
         return self.conditions(series, series.numbers(trajectory)[None])[0]
 
     def conditions(self, series: Series, motions: Array) -> tuple[float, ...]:
-        """cond(Y) as ``condition`` has it, of P motions by their free numbers (P, n m)."""
+        """The same of P motions by their free numbers (P, n m)."""
         information = self.information(series, CHECKED)
-        parts = (information.stacks(motions[k : k + TOGETHER]) for k in range(0, len(motions), TOGETHER))
+        parts = (information.regressors(motions[k : k + BATCH]) for k in range(0, len(motions), BATCH))
         return tuple(_condition(Y) for part in parts for Y in part)
 
 
 def task_of(source: Robot | Model | Estimate) -> Task:
-    """Excite everything that torques can show of a robot's rigid body, or of all effects of a model.
+    """The base parameters of a robot's rigid body, or of all effects of a model, as the columns to excite.
 
-    An ``Estimate`` scales columns by the standard errors of its base parameters and rows by its residual; a ``Model``
-    columns and rows by their size along random motions; a bare ``Robot`` nothing: cond(Y_B) as it is reported.
+    For an ``Estimate``, columns are scaled by the standard errors of its base parameters and rows by its residual. For a
+    ``Model``, both are scaled by their size along random motions. A bare ``Robot`` is not scaled, so that the condition
+    number is that of the base regressor Y_B. Raises InputError for an estimate without standard errors.
     """
     model = Model.nominal(source, ["rigid_body"]) if isinstance(source, Robot) else source
     if isinstance(model, Estimate):
@@ -69,24 +75,24 @@ def task_of(source: Robot | Model | Estimate) -> Task:
         errors = np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
         if not errors.any() or not model.sigma.any():
             raise InputError(
-                "the model knows its parameters without error; expected one identified from data with noise, or --robot"
+                "the model's parameters have no standard errors; expected a model identified from data with noise, or --robot"
             )
         scale, noise = _positive(errors), _positive(model.sigma)
         return Task(arm, arm.effects, base.independent, scale, 1 / noise, "columns by standard error, rows by residual")
     base = find_base_parameters(model.robot, model.effects)
     n = model.robot.n
-    plain = Task(model, model.effects, base.independent, np.ones(base.r), np.ones(n), "unscaled")
+    unscaled = Task(model, model.effects, base.independent, np.ones(base.r), np.ones(n), UNSCALED)
     if isinstance(source, Robot):
-        return plain
+        return unscaled
     torque = np.mean([_torques(model, seed) for seed in range(REFERENCE_MOTIONS)], axis=0)
     weights = 1 / _positive(np.sqrt(torque))
-    return sized(replace(plain, weights=weights, weighting="columns and rows by their size"))
+    return scaled_to_unit_size(replace(unscaled, weights=weights, weighting="columns and rows by their size"))
 
 
-def sized(task: Task) -> Task:
+def scaled_to_unit_size(task: Task) -> Task:
     """The task with columns scaled to unit size along random motions."""
-    plain = replace(task, scale=np.ones(len(task.chosen)))
-    size = np.sqrt(np.mean([_squares(plain, seed).sum(axis=1) for seed in range(REFERENCE_MOTIONS)], axis=0))
+    unscaled = replace(task, scale=np.ones(len(task.chosen)))
+    size = np.sqrt(np.mean([_squares(unscaled, seed).sum(axis=1) for seed in range(REFERENCE_MOTIONS)], axis=0))
     return replace(task, scale=1 / _positive(size))
 
 
@@ -94,13 +100,14 @@ def _squares(task: Task, seed: int) -> Array:
     """Mean squares (r, n) of the columns along a random motion."""
     series = Series(task.model.robot.n, 5, 0.1)
     motion = random_trajectory(task.model.robot, seed, series.harmonics, series.base_frequency)
-    return (task.information(series, 200).columns(series.numbers(motion)) ** 2).mean(axis=2)
+    return (task.information(series, REFERENCE_NODES).weighted_columns(series.numbers(motion)) ** 2).mean(axis=2)
 
 
 def _torques(model: Model, seed: int) -> Array:
+    """Mean squares (n,) of the torque along a random motion."""
     motion = random_trajectory(model.robot, seed)
-    states = motion.states(np.arange(200) / 200 * motion.duration)
-    return (model.torque(replace(states, rate=200 / motion.duration)) ** 2).mean(axis=0)
+    states = motion.states(np.arange(REFERENCE_NODES) / REFERENCE_NODES * motion.duration)
+    return (model.torque(replace(states, rate=REFERENCE_NODES / motion.duration)) ** 2).mean(axis=0)
 
 
 def _condition(Y: Array) -> float:

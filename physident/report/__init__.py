@@ -1,5 +1,5 @@
-"""The report: a diagnosis as one self-contained page for the person who decides.
+"""The report: a diagnosis as one self-contained HTML page.
 
-``page`` puts the ``sections`` together, ``markup`` escapes every text, ``chart`` draws, ``reread`` finds the recordings.
-Start with ``page.write_report``.
+``page`` assembles the ``sections``, ``markup`` escapes every text, ``chart`` draws curves, and ``reread`` reads the
+diagnosed recordings again. Start with ``page.write_report``.
 """

@@ -1,4 +1,4 @@
-"""Line charts as SVG that stretches with the page, its axes' text as HTML so that it stays readable at any width."""
+"""Line charts: SVG that stretches with the page, and HTML for the text of the axes, so that it is never distorted."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
-from physident.report.markup import Markup, tag
+from physident.report.markup import tag
 
 Array = NDArray[np.float64]
 WIDTH, HEIGHT = 2000, 1000  # units of the drawing
-COLUMNS = 700  # pieces of the width; a longer series is drawn by the least and greatest value in each
-GAP = 3.0  # steps of the clock: a longer pause breaks the line
+BINS = 700  # of the width; a longer series is drawn by the smallest and the largest value in each
+GAP = 3.0  # steps of the clock: a longer gap interrupts the line
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A series ``values`` (N,) over ``time`` (N,) [s] with its name, colour and width in pixels."""
+    """A curve: ``values`` (N,) over ``time`` (N,) [s], with its name, colour and width in pixels."""
 
     name: str
     time: Array
@@ -29,8 +30,8 @@ class Line:
     width: float = 1.2
 
 
-def line_chart(lines: Sequence[Line], unit: str, what: str, bands: Sequence[tuple[float, float]] = ()) -> Markup:
-    """Lines over time [s] on one pair of axes; ``bands`` (start, end) [s] are shaded."""
+def line_chart(lines: Sequence[Line], unit: str, quantity: str, bands: Sequence[tuple[float, float]] = ()) -> Markup:
+    """A chart of lines over time [s]; ``quantity`` and ``unit`` label the axis, and ``bands`` (start, end) [s] are shaded."""
     left, right = min(float(x.time[0]) for x in lines), max(float(x.time[-1]) for x in lines)
     top, bottom = max(float(x.values.max()) for x in lines), min(float(x.values.min()) for x in lines)
     margin = 0.06 * (top - bottom) or 1.0
@@ -41,13 +42,13 @@ def line_chart(lines: Sequence[Line], unit: str, what: str, bands: Sequence[tupl
     drawn = [_polyline(part, line, box) for line in lines for part in _parts(line)]
     picture = tag(
         "svg", *shaded, *grid, *drawn,
-        viewBox=f"0 0 {WIDTH} {HEIGHT}", preserveAspectRatio="none", role="img", aria_label=f"{what} over time",
+        viewBox=f"0 0 {WIDTH} {HEIGHT}", preserveAspectRatio="none", role="img", aria_label=f"{quantity} over time",
     )  # fmt: skip
     rows = [tag("span", f"{y:g}".replace("-", "−"), style=f"top:{_y(y, box) / HEIGHT:.1%}") for y in ys]
     columns = [tag("span", f"{x:g}", style=f"left:{(x - left) / (right - left):.1%}") for x in ticks(left, right, 5)]
     return tag(
         "div",
-        tag("div", f"{what} [{unit}]", class_="title"),
+        tag("div", f"{quantity} [{unit}]", class_="title"),
         tag("div", *rows, class_="rows"),
         tag("div", picture, class_="area"),
         tag("div", *columns, class_="columns"),
@@ -57,17 +58,17 @@ def line_chart(lines: Sequence[Line], unit: str, what: str, bands: Sequence[tupl
 
 
 def legend(lines: Sequence[tuple[str, str]]) -> Markup:
-    """Names beside a piece of their colour."""
+    """A legend: names beside samples of their colours."""
     return tag("p", *(tag("span", swatch(colour), name) for name, colour in lines), class_="legend")
 
 
 def swatch(colour: str) -> Markup:
-    """A piece of a colour."""
+    """A sample of a colour."""
     return tag("i", style=f"background:{colour}")
 
 
 def ticks(low: float, high: float, count: int) -> list[float]:
-    """About ``count`` round numbers, 1, 2 or 5 times a power of ten apart, between two ends."""
+    """About ``count`` round numbers between two ends, in steps of 1, 2 or 5 times a power of ten."""
     step = (high - low) / count
     power = 10.0 ** math.floor(math.log10(step))
     step = min((k * power for k in (1, 2, 5, 10)), key=lambda s: abs(math.log(s / step)))
@@ -76,7 +77,7 @@ def ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def _parts(line: Line) -> list[tuple[Array, Array]]:
-    """The contiguous parts of a line, each thinned to what its width can show."""
+    """The contiguous parts of a line, each thinned to what the chart can show."""
     step = float(np.median(np.diff(line.time))) if len(line.time) > 1 else 1.0
     cuts = np.flatnonzero(np.diff(line.time) > GAP * step) + 1
     pieces = zip(np.split(line.time, cuts), np.split(line.values, cuts), strict=True)
@@ -84,9 +85,9 @@ def _parts(line: Line) -> list[tuple[Array, Array]]:
 
 
 def _thinned(x: Array, y: Array) -> tuple[Array, Array]:
-    if len(x) <= 2 * COLUMNS:
+    if len(x) <= 2 * BINS:
         return x, y
-    edges = np.linspace(0, len(x), COLUMNS + 1).astype(int)
+    edges = np.linspace(0, len(x), BINS + 1).astype(int)
     kept = [int(k) for a, b in itertools.pairwise(edges) for k in _extremes(y, a, b)]
     return x[kept], y[kept]
 

@@ -1,29 +1,26 @@
-"""HTML from nested calls, in which every text and every attribute is escaped unless it is markup already."""
+"""HTML from nested calls; every text and every attribute is escaped, except what is ``Markup`` already."""
 
 from __future__ import annotations
 
-import html
+from markupsafe import Markup, escape
 
-VOID = ("meta", "br")  # elements without an end
-
-
-class Markup(str):
-    """Text that is HTML already; made by ``tag`` and ``joined`` alone."""
-
-    __slots__ = ()
+VOID = ("meta", "br")  # elements without an end tag
 
 
 def tag(name: str, /, *children: str, **attributes: str | float) -> Markup:
-    """One element; children that are not ``Markup`` are escaped. An attribute's ``_`` is written ``-``, ``class_`` is class."""
-    given = "".join(
-        f' {key.rstrip("_").replace("_", "-")}="{html.escape(clean(str(value)))}"' for key, value in attributes.items()
+    """One element; children that are not ``Markup`` are escaped. In names of attributes ``_`` is written ``-``, and
+    ``class_`` is class."""
+    given = Markup("").join(
+        Markup(' {}="{}"').format(key.rstrip("_").replace("_", "-"), clean(str(value)))
+        for key, value in attributes.items()
     )
-    return Markup(f"<{name}{given}>" if name in VOID else f"<{name}{given}>{joined(*children)}</{name}>")
+    start = Markup(f"<{name}{given}>")
+    return start if name in VOID else start + joined(*children) + Markup(f"</{name}>")
 
 
 def joined(*children: str) -> Markup:
-    """Elements and texts one after another."""
-    return Markup("".join(c if isinstance(c, Markup) else html.escape(clean(c)) for c in children))
+    """Elements and texts, one after another."""
+    return Markup("").join(child if isinstance(child, Markup) else escape(clean(child)) for child in children)
 
 
 def table(head: list[str], rows: list[list[str]], **attributes: str) -> Markup:
@@ -34,12 +31,12 @@ def table(head: list[str], rows: list[list[str]], **attributes: str) -> Markup:
 
 
 def _row(head: list[str], cells: list[str]) -> Markup:
-    """A row whose cells know their column's name, which a narrow page shows beside them."""
+    """A row whose cells carry the name of their column, which a narrow page shows beside them."""
     return tag("tr", *(tag("td", cell, data_label=name) for name, cell in zip(head, cells, strict=True)))
 
 
 def clean(text: str) -> str:
-    """The text with a sign in place of each one that cannot be shown, such as control characters of a file name."""
+    """The text with a replacement character for each one that cannot be shown, such as control characters."""
     return "".join(
         sign if sign.isprintable() or sign in "\n\N{NO-BREAK SPACE}" else "\N{REPLACEMENT CHARACTER}" for sign in text
     )

@@ -1,4 +1,4 @@
-"""Numbers as people read them: three digits, a true minus, powers of ten, a unit."""
+"""Numbers for readers: three significant digits, a minus sign, powers of ten, a unit."""
 
 from __future__ import annotations
 
@@ -45,5 +45,5 @@ def percent(value: float, sign: bool = False) -> str:
 
 
 def change(before: float, after: float) -> float:
-    """By how much a size moved [%], zero where there was none."""
+    """Change of a size [%], zero where it was zero before."""
     return 100 * (after / before - 1) if before > 0 else 0.0

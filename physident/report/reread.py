@@ -1,4 +1,4 @@
-"""The recordings of a diagnosis, read again from their paths and accepted by their hashes."""
+"""Read the recordings of a diagnosis again from their paths, and accept those whose hash has not changed."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from physident.recordings.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Reread:
-    """A recording that was used; ``recording`` is None where it could not be had again, and ``said`` tells why."""
+    """A recording that the diagnosis ``used``, read again; None where that failed. ``status`` describes the result."""
 
     used: UsedRecording
     recording: Recording | None
-    said: str
+    status: str
 
 
 def reread(contents: DiagnosisRecord) -> tuple[Reread, ...]:
-    """Every recording of a diagnosis: looked for at its path, then at that path from the diagnosis file's folder."""
+    """All recordings of a diagnosis, searched at their path, then at that path from the diagnosis file's folder."""
     return tuple(_reread(contents, used) for used in contents.recordings)
 
 
 def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
-    said = "not found"
+    status = "not found"
     for place in _places(c, used.path):
         try:
             recording = load_recording(place, c.columns)
         except (InputError, OSError, ValueError) as error:
-            said = f"cannot be read again: {error}"
+            status = f"cannot be read again: {error}"
             continue
         if recording.sha256 == used.sha256:
-            return Reread(used, recording, "read again, hash as diagnosed")
-        said = "another recording lies there now: its hash differs"
-    return Reread(used, None, said)
+            return Reread(used, recording, "read again, same hash")
+        status = "changed: its hash is not that of the diagnosis"
+    return Reread(used, None, status)
 
 
 def _places(c: DiagnosisRecord, path: str) -> list[Path]:
-    """Where a file of that path lies: plain files only, each once."""
+    """The plain files that a path may mean, each once."""
     places = [Path(path)] if c.path is None else [Path(path), c.path.parent / path]
     try:
         return list({place.resolve(): place for place in places if place.is_file()}.values())

@@ -32,7 +32,7 @@ from physident.robots.robot import load_robot
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep
 
-from physident.view.style import JOINTS, figure, save
+from physident.graphics.style import JOINTS, figure, save
 
 RUNS = 500
 WORKERS = 2

@@ -15,7 +15,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import physident as pid
-from physident.excitation.discriminate import design_discriminating
+from physident.excitation.design_discriminating import design_discriminating
 from studies.blind_trials.arms import CACHE, FILTER, STEP
 from studies.blind_trials.run import rows_of
 from studies.blind_trials.trial import Prepared, Scene, prepare

@@ -17,7 +17,7 @@ from simulated import simulated_gains
 
 import physident as pid
 from physident.estimation.uncertainty import t_quantile
-from physident.view.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
+from physident.graphics.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
 
 KNOWN = 2.6  # kg, by the recording's name
 LITERATURE = UR10E_GAINS

@@ -16,7 +16,7 @@ from physident.excitation.limits.joint_limits import JointLimits
 from physident.excitation.motion.series import Series
 from physident.excitation.search.genetic import evolve
 from physident.excitation.search.problem import Problem, Stage
-from physident.excitation.search.search import stages_of
+from physident.excitation.search.search import later_stages
 from physident.excitation.task import Task, task_of
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def genetic_alone(robot: pid.Robot, seconds: float, seed: int = 0) -> dict[str, 
 def finite_differences(robot: pid.Robot, seconds: float, seed: int = 0) -> dict[str, float]:
     """scipy's SLSQP with finite differences of the objective, from random motions, until its processor time is over."""
     task, problem = problem_of(robot)
-    rows = problem.joint_rows
+    rows = problem.joint_constraints
     J = np.zeros((len(rows.lower), problem.series.size))
     J[rows.pattern[:, 0], rows.pattern[:, 1]] = rows.jacobian(np.zeros(problem.series.size))
     inside = {
@@ -81,7 +81,7 @@ def finite_differences(robot: pid.Robot, seconds: float, seed: int = 0) -> dict[
         if time.process_time() - start > seconds:
             raise TimeUp
         value = float(problem.criterion.values(problem.information.matrix(y)))
-        if value < best[0] and rows.excess(y) < 1e-6:
+        if value < best[0] and rows.violation(y) < 1e-6:
             best[:] = [value, y.copy()]
         return value
 
@@ -109,9 +109,9 @@ def random_starts(robot: pid.Robot, count: int) -> dict[str, list[float]]:
     for seed in range(count):
         start = time.process_time()
         motion = pid.random_trajectory(robot, seed, HARMONICS, BASE_FREQUENCY)
-        found = problem.judged(problem.series.numbers(motion))
-        for stage in (FULL, *stages_of(problem)):
-            found = problem.improved(found, stage)
+        found = problem.solution(problem.series.numbers(motion))
+        for stage in (FULL, *later_stages(problem)):
+            found = problem.improve(found, stage)
         conditions.append(task.condition(problem.series, problem.series.trajectory(found.y)))
         seconds.append(time.process_time() - start)
     return {"condition": conditions, "processor_seconds": seconds}
@@ -125,8 +125,8 @@ def gradient_error(robot: pid.Robot, seeds: int) -> float:
         rng = np.random.default_rng(seed)
         y = problem.series.numbers(pid.random_trajectory(robot, seed, HARMONICS, BASE_FREQUENCY))
         d = rng.standard_normal(y.size)
-        function: Callable[[Array], float] = lambda x: problem.function(x, FULL)[0]  # noqa: E731
-        slope = float(problem.function(y, FULL)[1]() @ d)
+        function: Callable[[Array], float] = lambda x: problem.objective(x, FULL)[0]  # noqa: E731
+        slope = float(problem.objective(y, FULL)[1]() @ d)
         near, far = ((function(y + h * d) - function(y - h * d)) / (2 * h) for h in (1e-4, 2e-4))
         worst = max(worst, abs((4 * near - far) / 3 / slope - 1))
     return worst

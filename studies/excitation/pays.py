@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
-from physident.excitation.limits.joint_limits import JointLimits, spread
-from physident.excitation.limits.walls import Walls
+from physident.excitation.limits.joint_limits import JointLimits, scale_into_limits
 from physident.excitation.limits.workspace import Workspace
+from physident.excitation.limits.workspace_constraints import workspace_violation
 from physident.excitation.motion.series import Series
 from studies.designed_plant import Plan
 from tests.plant import Arm, record
@@ -27,12 +27,12 @@ TRIED = 2000  # random motions, of which the first feasible ones are taken
 def random_feasible(robot: pid.Robot, workspace: Workspace, count: int, seed: int) -> list[pid.Trajectory]:
     """The first random motions within all limits, each joint as large as its own limits and a random share allow."""
     series, rng = Series(6, 5, 0.15), np.random.default_rng(seed)
-    limits, violation = JointLimits.of(robot), Walls(workspace, series).violation()
+    limits, violation = JointLimits.of(robot), workspace_violation(workspace, series)
     found: list[pid.Trajectory] = []
     while len(found) < count:
         shapes = rng.uniform(-1, 1, (TRIED, 6, series.m - 1))
         share = rng.uniform(0.1, 1.0, (TRIED, 1)) * np.ones((1, 6))
-        motions = spread(limits, series, 64, shapes, share, rng.uniform(size=(TRIED, 6)))
+        motions = scale_into_limits(limits, series, 64, shapes, share, rng.uniform(size=(TRIED, 6)))
         fits = np.flatnonzero(violation(motions)[:, 0] <= 0)
         found += [series.trajectory(motions[k], PERIODS) for k in fits[: count - len(found)]]
     return found

@@ -78,7 +78,7 @@ def _diagnosed(scene: Scene, taken: tuple[Taken, ...], clock: Clock) -> pid.Diag
     if scene.refitted:
         model = pid.identify(scene.bench.robot, runs, filter=scene.bench.filter)
         clock.lap("identification")
-    found = pid.diagnose(model, runs, filter=scene.bench.filter if isinstance(model, pid.Model) else None)
+    found = pid.diagnose_motion(model, runs, filter=scene.bench.filter if isinstance(model, pid.Model) else None)
     clock.lap("diagnosis")
     return found
 

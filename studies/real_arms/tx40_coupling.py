@@ -10,7 +10,7 @@ import numpy as np
 from asking import DATA, HERE, ask, brief, diagnose, named, shown
 from kept import joint_row
 
-from physident.view.style import JOINTS, figure, save
+from physident.graphics.style import JOINTS, figure, save
 
 RATE = 5000.0  # Hz
 RATIOS = (32.0, 32.0, 45.0, -48.0, 45.0, 32.0)

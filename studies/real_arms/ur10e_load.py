@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from asking import HERE, brief, diagnose, february, named, parameter, paths, shown
 
-from physident.view.style import JOINTS, effect_colour, figure, save
+from physident.graphics.style import JOINTS, effect_colour, figure, save
 
 KNOWN = 2.6  # kg, by the recording's name
 RUNS = {

@@ -12,7 +12,7 @@ from kept import joint_row
 from twins import WINDOW, difference, pair, pushes
 
 import physident as pid
-from physident.view.style import JOINTS, figure, save
+from physident.graphics.style import JOINTS, figure, save
 
 AFTER = 1.0  # s beside a push, in which the arm has not settled
 

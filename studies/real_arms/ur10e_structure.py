@@ -13,7 +13,7 @@ from remainder import explained
 from reversals import reversals
 
 import physident as pid
-from physident.view.style import JOINTS, figure, save
+from physident.graphics.style import JOINTS, figure, save
 
 ALLOWED = (6.5, 2.6, 2.4, 7.4, 10.7, 9.2)  # % on left-out runs
 

@@ -10,7 +10,7 @@ from asking import DATA, HERE, UR5, ask, brief, diagnose, named, paths, shown
 from twins import difference, pair, pushes
 
 import physident as pid
-from physident.view.style import JOINTS, effect_colour, figure, save
+from physident.graphics.style import JOINTS, effect_colour, figure, save
 
 FREE = ("move4_fast.csv.gz", "move5.csv.gz", "move6.csv.gz", "move8.csv.gz", "move9.csv.gz")
 

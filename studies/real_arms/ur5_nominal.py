@@ -11,7 +11,7 @@ from kept import joint_row
 
 import physident as pid
 from physident.diagnosis.result.extended_estimate import as_estimate
-from physident.view.style import JOINTS, figure, save
+from physident.graphics.style import JOINTS, figure, save
 
 SHOWN = ("move6.csv.gz", "move5.csv.gz", "move9.csv.gz")
 UNSEEN = ("move8", "move4_fast")

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
+from physident.graphics.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
 from physident.identifiability.manipulability import SINGULAR, measure_manipulability
-from physident.view.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
 from studies.thesis.models import Compared
 from studies.thesis.published import RATE
 from studies.thesis.scores import FILTER, filtered

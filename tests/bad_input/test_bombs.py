@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.bad_input.good import GOOD, HEADER
-from tests.bad_input.said import assert_one_line, command
+from tests.bad_input.one_line_error import assert_one_line, command
 
 
 def gz_bomb(path: Path) -> None:

@@ -14,7 +14,7 @@ import physident as pid
 from physident.cli import run
 from physident.recordings.checks import check_effort
 from tests.bad_input.good import CURRENT, HEADER, as_csv, table
-from tests.bad_input.said import fails
+from tests.bad_input.one_line_error import fails
 
 Change = Callable[[np.ndarray], None]
 TAU, Q, DQ = slice(13, 19), slice(1, 7), slice(7, 13)

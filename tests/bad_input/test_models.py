@@ -11,7 +11,7 @@ import pytest
 
 from tests.bad_input.good import URDF, write
 from tests.bad_input.nested import replaced, without
-from tests.bad_input.said import fails
+from tests.bad_input.one_line_error import fails
 
 SHAPE = {"effect": "warm_up", "joint": 1, "field": "time_constant", "value": 9.0, "std": 1.0, "unit": "s"}
 ENTRIES: dict[str, tuple[str, Any, str]] = {

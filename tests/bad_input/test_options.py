@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from physident.cli import run
-from tests.bad_input.said import assert_one_line, command, fails
+from tests.bad_input.one_line_error import assert_one_line, command, fails
 
 IDENTIFY = ["identify", "good.csv", "--robot", "ur5"]
 TO = [*IDENTIFY, "--out", "out.json"]

@@ -13,7 +13,7 @@ import pytest
 
 from physident.cli import run
 from tests.bad_input.good import CURRENT, GOOD, HEADER, Content, as_csv, table, write
-from tests.bad_input.said import fails, refused_recording
+from tests.bad_input.one_line_error import fails, refused_recording
 
 
 def broken(change: Callable[[np.ndarray], Any], header: str = HEADER) -> str:

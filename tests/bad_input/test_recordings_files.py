@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.bad_input.good import GOOD, Content, N, npz, table, write
-from tests.bad_input.said import refused_recording
+from tests.bad_input.one_line_error import refused_recording
 
 
 def half_npz(path: Path) -> None:

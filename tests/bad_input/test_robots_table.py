@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.bad_input.good import TABLE, Content, write
-from tests.bad_input.said import refused_robot
+from tests.bad_input.one_line_error import refused_robot
 
 EDITS: dict[str, tuple[str, str, str]] = {
     # name of the case: what is replaced where it first stands, by what, what the line must say

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.bad_input.good import TABLE, URDF, Content, write
-from tests.bad_input.said import fails, refused_robot
+from tests.bad_input.one_line_error import fails, refused_robot
 
 MASS = '<mass value="2"/>'
 EDITS: dict[str, tuple[str, str, str]] = {

@@ -16,7 +16,7 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.excitation.motion.trajectory import random_trajectory
-from tests.bad_input import said
+from tests.bad_input import one_line_error
 from tests.bad_input.good import URDF
 
 Change = dict[str, Any]
@@ -72,7 +72,7 @@ def folder(bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
 
 
 def fails(capfd: pytest.CaptureFixture, folder: Path, arguments: list[str], says: str) -> None:
-    said.fails(capfd, folder, arguments, re.escape(says))  # here the words are no pattern
+    one_line_error.fails(capfd, folder, arguments, re.escape(says))  # here the words are no pattern
 
 
 TO = ["--out", "out.csv"]
@@ -135,7 +135,7 @@ MOTIONS: dict[str, tuple[Change, str]] = {
     "too high a frequency": ({"base_frequency": 1e300}, "base_frequency"),
     "too large": ({"a": [[1e308, 1e308]] * 2, "b": [[1e308, 1e308]] * 2}, "1e+308"),
     "too many harmonics": ({"a": [[0.0] * 20000] * 2, "b": [[0.0] * 20000] * 2}, "harmonics"),
-    "ragged": ({"a": [[0.1, 0.2], [0.1]]}, "a holds what is no number"),
+    "ragged": ({"a": [[0.1, 0.2], [0.1]]}, "a has a value that is no number"),
     "beyond the limits": ({"q0": [9.0, 0.0]}, "joint 1 goes from"),
     "slow moves": (POINTS | {"points": [[0, 0], [1, 1]], "speed": 1e-9}, "steps"),
     "gentle moves": (POINTS | {"points": [[0, 0], [1, 1]], "acceleration": 1e-300}, "steps"),

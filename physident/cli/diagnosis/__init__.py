@@ -1,1 +1,1 @@
-"""Verbs that find and show what a model gets wrong: diagnose, report, view."""
+"""Commands that find and show the errors of a model: diagnose, report, view."""

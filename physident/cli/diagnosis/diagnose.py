@@ -1,4 +1,4 @@
-"""physident diagnose: what recordings show that a model does not."""
+"""physident diagnose: find the effects that a model lacks or has wrong."""
 
 from __future__ import annotations
 
@@ -24,58 +24,70 @@ if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
 
 
-@app.command(short_help="What a model gets wrong.")
+@app.command(short_help="Find what a model gets wrong, and why.")
 def diagnose(
     recordings: Recordings,
-    model: Annotated[Path | None, typer.Option("--model", help="A model file that identify wrote.")] = None,
+    model: Annotated[Path | None, typer.Option("--model", metavar="FILE", help="A model that identify wrote.")] = None,
     robot: RobotOption = None,
     effects: Annotated[
         str | None,
         typer.Option(
-            "--effects", help="With --robot: what the simulation has besides rigid_body, from the description."
+            "--effects",
+            metavar="EFFECTS",
+            help="With --robot: effects of the simulation besides rigid_body, separated by commas.",
         ),
     ] = None,
     holdout: Annotated[
-        list[str] | None, typer.Option("--holdout", help="A recording to score at the end; repeat for several.")
+        list[str] | None,
+        typer.Option(
+            "--holdout", metavar="RECORDING", help="A recording to validate the result on; repeat for several."
+        ),
     ] = None,
     json_out: JsonOption = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="The extended model to write (JSON), where something is found.")
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Write the extended model (JSON), if something is found."),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", help="Also draw the residual before and after (.png, .pdf, .svg).")
+        Path | None,
+        typer.Option("--plot", metavar="FIGURE", help="Also draw the residual before and after (.png, .pdf, .svg)."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Draws the surrogates.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Seed of the surrogates.")] = 0,
     recording_offsets: Annotated[
         bool,
-        typer.Option("--recording-offsets", help="The torque sensors' zero may drift from recording to recording."),
+        typer.Option("--recording-offsets", help="Allow the torque sensors' zero to drift between recordings."),
     ] = False,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Find what a model gets wrong. With --model, recordings it was fitted to say what is missing, new ones what is
-    different. With --robot, nothing was identified: what a simulation from that description gets wrong. Recordings
-    without motion are held against gravity and the friction that may hold the arm."""
+    """Find what a model gets wrong, and why.
+
+    With --model and the recordings that it was fitted to, the diagnosis finds effects that the model lacks; with new
+    recordings it finds what has changed. With --robot, it finds what a simulation of that description gets wrong. For
+    recordings at standstill it reports whether static friction alone can explain the difference between measured and
+    modelled gravity torque."""
     from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose as run
     from physident.recordings.signals import Filter
 
     if (model is None) == (robot is None):
-        raise InputError("which model? expected one of --model (identified) and --robot (a description, as simulated)")
+        raise InputError("which model? expected either --model (an identified model) or --robot (a description)")
     if effects is not None and robot is None:
-        raise InputError("--effects came beside --model, which has its own; expected --effects with --robot alone")
-    held = holdout or []
-    check_outputs([*recordings, *held, model, robot], json_out, out, plot=plot)
+        raise InputError(
+            "--effects and --model were both given, expected --effects with --robot only: a model has its effects"
+        )
+    holdouts = holdout or []
+    check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
     start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
     nominal = model is None
     layout = columns if nominal or columns is not None else getattr(start, "columns", None)
     loaded = read_recordings(recordings, layout, drive_gains)
-    unseen = read_recordings(held, layout, drive_gains) if held else []
+    unseen = read_recordings(holdouts, layout, drive_gains) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
-    found = run(start, loaded, unseen, filter, seed, _say, layout if nominal else None, recording_offsets)
+    found = run(start, loaded, unseen, filter, seed, _print_progress, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
-        raise InputError("no recording moves; expected recordings with motion for --out and --plot, or neither of them")
+        raise InputError("no recording moves; expected recordings in motion for --out and --plot")
     if json_out is not None:
         found.save(json_out)
     if isinstance(found, AtRest):
@@ -84,10 +96,10 @@ def diagnose(
     if out is not None and found.estimate is not None:
         found.estimate.save(out)
     if plot is not None:
-        from physident.view.figures.residual import plot_diagnosis
+        from physident.graphics.figures.residual import plot_diagnosis
 
-        named = any(finding.effect == "contact" for finding in found.findings)  # it lies in a diagnosed recording
-        plot_diagnosis(found, loaded if named or not unseen else unseen, plot)
+        contact = any(finding.effect == "contact" for finding in found.findings)  # it is in a diagnosed recording
+        plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
     typer.echo(repr(found))
     if out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
@@ -101,7 +113,7 @@ def _identified(path: Path, cutoff: float | None) -> Estimate:
 
 
 def _described(source: str, effects: str | None) -> Model:
-    """What a simulation of a robot's description computes: rigid links, and the effects that it names besides."""
+    """The model of a simulation of a robot's description: rigid links, and the effects of --effects."""
     from physident.dynamics.model import Model
     from physident.robots.robot import load_robot
 
@@ -113,5 +125,5 @@ def _described(source: str, effects: str | None) -> Model:
     return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
 
 
-def _say(text: str) -> None:
+def _print_progress(text: str) -> None:
     typer.echo(f"physident: trying {text}", err=True)

@@ -1,4 +1,4 @@
-"""physident report: a diagnosis as one page for the person who decides."""
+"""physident report: a diagnosis as one HTML page."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from physident.cli.app import app, busy, check_outputs
 from physident.errors import InputError
 
 
-@app.command(short_help="A diagnosis as a page to read.")
+@app.command(short_help="Write a diagnosis as an HTML page.")
 def report(
-    diagnosis: Annotated[Path, typer.Option("--diagnosis", help="A diagnosis that diagnose --json wrote.")],
-    out: Annotated[Path, typer.Option("--out", help="The page to write (.html).")],
+    diagnosis: Annotated[
+        Path, typer.Option("--diagnosis", metavar="FILE", help="A diagnosis that diagnose --json wrote.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The page to write (.html).")],
 ) -> None:
-    """Write a diagnosis as one HTML page that needs no network: the verdict in words first, then what it rests on."""
+    """Write a diagnosis as one HTML page that needs no network: the verdict in words, then its evidence."""
     from physident.report.page import write_report
 
     if out.suffix.lower() not in (".html", ".htm"):

@@ -1,4 +1,4 @@
-"""physident view: recordings, models, a diagnosis and a designed motion in the rerun viewer."""
+"""physident view: recordings, models, a diagnosis and a planned motion in the rerun viewer."""
 
 from __future__ import annotations
 
@@ -13,50 +13,62 @@ from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, Robo
 from physident.errors import InputError
 
 
-@app.command(short_help="Look at it: arm, torques, residuals, effects.")
+@app.command(short_help="Show arm, torques, residuals and effects in rerun.")
 def view(
     recordings: Annotated[
-        list[str] | None, typer.Argument(metavar="[REC]...", help="Recordings: .csv, .csv.gz, .npz, or patterns.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[RECORDING]...", help="Recordings (.csv, .csv.gz, .npz), or patterns such as runs/*.csv."
+        ),
     ] = None,
-    model: Annotated[list[Path] | None, typer.Option("--model", help="A model file; repeat for several.")] = None,
+    model: Annotated[
+        list[Path] | None, typer.Option("--model", metavar="FILE", help="A model; repeat for several.")
+    ] = None,
     diagnosis: Annotated[
-        Path | None, typer.Option("--diagnosis", help="A diagnosis (JSON): its models, findings, contacts.")
+        Path | None, typer.Option("--diagnosis", metavar="FILE", help="A diagnosis (JSON), with its models.")
     ] = None,
     plan: Annotated[
-        Path | None, typer.Option("--plan", help="A motion or a design (JSON), before it is recorded.")
+        Path | None, typer.Option("--plan", metavar="FILE", help="A planned motion: a trajectory or a design (JSON).")
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Write the session to this file (.rrd).")] = None,
-    web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Write the session to this file (.rrd).")
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="Show the session in a browser on this machine.")] = False,
     robot: RobotOption = None,
-    meshes: Annotated[Path | None, typer.Option("--meshes", help="Folder of the robot's meshes.")] = None,
+    meshes: Annotated[
+        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages.")
+    ] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
+    """Show recordings, models, a diagnosis and a planned motion: in the viewer, in a browser (--web), or as a file (--out)."""
     from physident.diagnosis.result.saved import read_diagnosis
     from physident.estimation.estimate import load_estimate
+    from physident.graphics.plan import plan_of
+    from physident.graphics.session.content import compose
+    from physident.graphics.session.write import check_session_path, write_session
+    from physident.graphics.view import show
     from physident.robots.robot import load_robot
-    from physident.view.plan import plan_of
-    from physident.view.session.content import compose
-    from physident.view.session.session import check_session, show, write_session
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
-        raise InputError("nothing to show; expected recordings, or --plan with a designed motion")
+        raise InputError("nothing to show; expected recordings, or a planned motion (--plan)")
     if meshes is not None and not meshes.is_dir():
-        raise InputError(f"--meshes {str(meshes)!r} is no folder; expected the one that package:// stands for")
+        raise InputError(
+            f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
+        )
     check_outputs([*paths, *files, diagnosis, plan, robot], out)
     if out is not None:
-        check_session(out)
+        check_session_path(out)
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
-    said = read_diagnosis(diagnosis) if diagnosis is not None else None
-    known = next(iter(models.values()), said)
-    layout = columns if columns is not None or known is None else known.columns
+    contents = read_diagnosis(diagnosis) if diagnosis is not None else None
+    source = next(iter(models.values()), contents)
+    layout = columns if columns is not None or source is None else source.columns
     loaded = read_recordings(paths, layout, drive_gains) if paths else []
     arm = load_robot(robot) if robot is not None else None
     content = replace(
-        compose(models, loaded, said, arm, cutoff),
+        compose(models, loaded, contents, arm, cutoff),
         plan=plan_of(plan) if plan is not None else None,
         meshes=meshes,
     )
@@ -69,6 +81,6 @@ def view(
 
 
 def _names(files: list[Path]) -> list[str]:
-    """What models are called: the file's name without its ending, the whole path where two are alike."""
+    """Names of models: the file's name without its ending, or the path where two files have the same name."""
     stems = [file.stem for file in files]
     return [stem if stems.count(stem) == 1 else str(file) for stem, file in zip(stems, files, strict=True)]

@@ -1,1 +1,2 @@
-"""Verbs that make, judge or hand on a model: identify, validate, compare, payload, drive-gains, base-parameters, export."""
+"""Commands that identify, validate or export a model: identify, validate, compare, payload, drive-gains, base-parameters,
+export."""

@@ -1,4 +1,4 @@
-"""physident base-parameters: what any motion of a robot could show."""
+"""physident base-parameters: the parameters of a robot that its torques depend on."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from physident.cli.app import app
 from physident.cli.options import RobotOption, names_of, robot_of
 
 
-@app.command("base-parameters", short_help="What any motion could show.")
+@app.command("base-parameters", short_help="List the parameters that torques depend on.")
 def base_parameters(
     robot: RobotOption = None,
-    effects: Annotated[str, typer.Option("--effects", help="Effects, separated by commas.")] = "rigid_body",
+    effects: Annotated[
+        str, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
+    ] = "rigid_body",
 ) -> None:
     """Print a robot's base parameters: the combinations of parameters that its torques depend on."""
     from physident.effects.catalogue import make_effects

@@ -1,4 +1,4 @@
-"""physident compare: the gain of one model over another on recordings neither saw."""
+"""physident compare: the gain of one model over another on held-out recordings."""
 
 from __future__ import annotations
 
@@ -12,20 +12,25 @@ from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, Incl
 from physident.errors import InputError
 
 
-@app.command(short_help="The gain of one model over another.")
+@app.command(short_help="Compare the errors of two models.")
 def compare(
-    model: Annotated[list[Path], typer.Option("--model", help="Two model files: before and after.")],
-    on: Annotated[list[str], typer.Option("--on", help="A recording to compare on; repeat for several.")],
+    model: Annotated[
+        list[Path], typer.Option("--model", metavar="FILE", help="Give it twice: the model before, and after.")
+    ],
+    on: Annotated[
+        list[str],
+        typer.Option("--on", metavar="RECORDING", help="A recording to compare on; repeat for several."),
+    ],
     json_out: JsonOption = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", help="Also draw both models' residuals (.png, .pdf, .svg).")
+        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw both residuals (.png, .pdf, .svg).")
     ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Print two models' errors on the same recordings, and the gain of the second over the first."""
+    """Print the errors of two models on the same recordings, and the gain of the second over the first."""
     from physident.estimation.estimate import load_estimate
     from physident.files import write_json
     from physident.validation.scores import compare as run
@@ -41,8 +46,8 @@ def compare(
     if json_out is not None:
         write_json(json_out, gain.as_dict())
     if plot is not None:
+        from physident.graphics.figures.residual import plot_residuals
         from physident.validation.comparison import predict_pair
-        from physident.view.figures.residual import plot_residuals
 
         pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
         plot_residuals(pair, before.model.robot, plot)

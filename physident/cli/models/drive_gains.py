@@ -1,4 +1,4 @@
-"""physident drive-gains: what one ampere is worth in joint torque, from recordings with and without a known load."""
+"""physident drive-gains: joint torque per motor current, from recordings with and without a known load."""
 
 from __future__ import annotations
 
@@ -10,14 +10,27 @@ from physident.cli.app import app, busy, check_outputs, read_recordings
 from physident.cli.options import ColumnsOption, CutoffOption, JsonOption, RobotOption, effects_of, filter_of, robot_of
 
 
-@app.command("drive-gains", short_help="Motor current to joint torque.")
+@app.command("drive-gains", short_help="Identify joint torque per motor current.")
 def drive_gains(
-    unloaded: Annotated[list[str], typer.Option("--unloaded", help="Recording without the load; repeat for several.")],
-    loaded: Annotated[list[str], typer.Option("--loaded", help="Recording with the load; repeat for several.")],
-    load_mass: Annotated[float, typer.Option("--load-mass", help="Mass of the load on the last link [kg].")],
+    unloaded: Annotated[
+        list[str],
+        typer.Option("--unloaded", metavar="RECORDING", help="A recording without the load; repeat for several."),
+    ],
+    loaded: Annotated[
+        list[str],
+        typer.Option("--loaded", metavar="RECORDING", help="A recording with the load; repeat for several."),
+    ],
+    load_mass: Annotated[
+        float, typer.Option("--load-mass", metavar="KG", help="Mass of the load on the last link [kg].")
+    ],
     robot: RobotOption = None,
-    method: Annotated[str, typer.Option("--method", help="tls (errors in the currents), physical or ls.")] = "tls",
-    effects: Annotated[str | None, typer.Option("--effects", help="Effects of the arm, separated by commas.")] = None,
+    method: Annotated[
+        str,
+        typer.Option("--method", metavar="NAME", help="tls (total least squares), physical or ls (least squares)."),
+    ] = "tls",
+    effects: Annotated[
+        str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects of the arm, separated by commas.")
+    ] = None,
     json_out: JsonOption = None,
     columns: ColumnsOption = None,
     cutoff: CutoffOption = None,

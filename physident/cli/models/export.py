@@ -1,4 +1,4 @@
-"""physident export: the identified model for simulators and other programs."""
+"""physident export: an identified model for simulators and other programs."""
 
 from __future__ import annotations
 
@@ -12,12 +12,19 @@ from physident.cli.options import ModelOption
 from physident.errors import InputError
 
 
-@app.command(short_help="A model as URDF, JSON or Python.")
+@app.command(short_help="Write a model as URDF, JSON or Python.")
 def export(
     model: ModelOption,
-    urdf: Annotated[Path | None, typer.Option("--urdf", help="Write the robot's URDF with identified values.")] = None,
-    json_out: Annotated[Path | None, typer.Option("--json", help="Write parameters with units and intervals.")] = None,
-    python: Annotated[Path | None, typer.Option("--python", help="Write torque(q, v, a), which needs numpy.")] = None,
+    urdf: Annotated[
+        Path | None, typer.Option("--urdf", metavar="FILE", help="Write the URDF with identified values.")
+    ] = None,
+    json_out: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Write parameters with units and confidence intervals."),
+    ] = None,
+    python: Annotated[
+        Path | None, typer.Option("--python", metavar="FILE", help="Write a function torque(q, v, a) in NumPy.")
+    ] = None,
 ) -> None:
     """Write an identified model as a URDF, a table of parameters (JSON) or a Python function."""
     from physident.estimation.estimate import load_estimate
@@ -30,16 +37,16 @@ def export(
         raise InputError("nothing to write, expected --urdf out.urdf, --json out.json or --python out.py")
     check_outputs([model], urdf, json_out, python)
     estimate = load_estimate(model)
-    texts: dict[Path, str] = {}  # all made before any is written
-    made = None if urdf is None else urdf_of(estimate.model)
-    if urdf is not None and made is not None:
-        texts[urdf] = made.text
+    texts: dict[Path, str] = {}  # all are complete before the first is written
+    urdf_export = None if urdf is None else urdf_of(estimate.model)
+    if urdf is not None and urdf_export is not None:
+        texts[urdf] = urdf_export.text
     if json_out is not None:
         texts[json_out] = json_text(parameters_of(estimate))
     if python is not None:
         texts[python] = python_of(estimate.model)
     for path, text in texts.items():
         write_text(path, text)
-    if made is not None:
-        typer.echo(repr(made))
+    if urdf_export is not None:
+        typer.echo(repr(urdf_export))
     typer.echo(f"written: {', '.join(map(str, texts))}")

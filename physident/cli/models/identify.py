@@ -1,4 +1,4 @@
-"""physident identify: recordings in, a model out."""
+"""physident identify: a model from recordings."""
 
 from __future__ import annotations
 
@@ -20,23 +20,41 @@ from physident.cli.options import (
 )
 
 
-@app.command(short_help="Recordings in, a model out.")
+@app.command(short_help="Identify a model from recordings.")
 def identify(
     recordings: Recordings,
-    out: Annotated[Path, typer.Option("--out", help="The model file to write (JSON).")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The model to write (JSON).")],
     robot: RobotOption = None,
-    effects: Annotated[str | None, typer.Option("--effects", help="Effects, separated by commas.")] = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
+    ] = None,
     method: Annotated[
-        str, typer.Option("--method", help="wls (each joint by its own residual), ols, robust or physical.")
+        str,
+        typer.Option(
+            "--method",
+            metavar="NAME",
+            help="wls (joints weighted by their residuals), ols, robust, or physical (an arm that can exist).",
+        ),
     ] = "wls",
-    prior: Annotated[str, typer.Option("--prior", help="With physical: entropic, nominal or none.")] = "entropic",
+    prior: Annotated[
+        str,
+        typer.Option("--prior", metavar="NAME", help="With --method physical: entropic, nominal or none."),
+    ] = "entropic",
     prior_weight: Annotated[
         str | None,
-        typer.Option("--prior-weight", help="1: nominal links known to a factor of e; auto: by left-out recordings."),
+        typer.Option(
+            "--prior-weight",
+            metavar="NUMBER|auto",
+            help="1 means nominal links known to a factor of e; auto chooses by left-out recordings.",
+        ),
     ] = None,
-    loss: Annotated[str, typer.Option("--loss", help="With physical: squares, or huber against outliers.")] = "squares",
+    loss: Annotated[
+        str,
+        typer.Option("--loss", metavar="NAME", help="With --method physical: squares, or huber against outliers."),
+    ] = "squares",
     total_mass: Annotated[
-        float | None, typer.Option("--total-mass", help="With physical: known mass of the moving links [kg].")
+        float | None,
+        typer.Option("--total-mass", metavar="KG", help="With --method physical: mass of all moving links [kg]."),
     ] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,

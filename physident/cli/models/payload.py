@@ -1,4 +1,4 @@
-"""physident payload: the load an arm carries."""
+"""physident payload: mass, centre of mass and inertia of the load that an arm carries."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from physident.cli.app import app, busy, check_outputs, read_recordings
 from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, JsonOption, ModelOption, Recordings
 
 
-@app.command(short_help="The load that an arm carries.")
+@app.command(short_help="Identify the load that an arm carries.")
 def payload(
     recordings: Recordings,
     model: ModelOption,
@@ -17,7 +17,7 @@ def payload(
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Identify the load on the last link from recordings with it, the arm as the model has it."""
+    """Identify the load on the last link from recordings with it, and a model of the arm without it."""
     from physident.estimation.estimate import load_estimate
     from physident.estimation.payload import identify_payload
     from physident.files import write_json

@@ -1,4 +1,4 @@
-"""physident validate: how well a model predicts recordings it never saw."""
+"""physident validate: how well a model predicts held-out recordings."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from physident.cli.options import (
 )
 
 
-@app.command(short_help="A model's error on unseen recordings.")
+@app.command(short_help="Measure a model's error on held-out recordings.")
 def validate(
     recordings: Recordings,
     model: ModelOption,
     json_out: JsonOption = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", help="Also draw measured and predicted torque (.png, .pdf).")
+        Path | None,
+        typer.Option("--plot", metavar="FIGURE", help="Also draw measured and predicted torque (.png, .pdf, .svg)."),
     ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
-    """Predict recordings with a model and print the error per joint."""
+    """Predict recordings with a model, and print the error of each joint."""
     from physident.estimation.estimate import load_estimate
     from physident.files import write_json
     from physident.validation.scores import predictions, with_cutoff
@@ -46,8 +47,8 @@ def validate(
     if json_out is not None:
         write_json(json_out, score.as_dict())
     if plot is not None:
-        from physident.view.figures.recordings import plot_predictions
-        from physident.view.figures.residual import torque_units
+        from physident.graphics.figures.recordings import plot_predictions
+        from physident.graphics.figures.residual import torque_units
 
         robot = estimate.model.robot
         plot_predictions(predictions(estimate, loaded), robot.joint_names, plot, torque_units(robot))

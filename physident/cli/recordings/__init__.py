@@ -1,1 +1,1 @@
-"""Verbs that make or look at recordings: inspect, design, simulate, demo."""
+"""Commands that plan, simulate or inspect recordings: demo, inspect, design, simulate."""

@@ -1,4 +1,4 @@
-"""physident demo: the whole way on generated recordings."""
+"""physident demo: from generated recordings to a diagnosis."""
 
 from __future__ import annotations
 
@@ -10,14 +10,18 @@ import typer
 from physident.cli.app import app, busy
 
 
-@app.command(short_help="The whole way on generated recordings.")
+@app.command(short_help="Diagnose an arm with a hidden change.")
 def demo(
-    folder: Annotated[Path, typer.Option("--folder", help="Where to write recordings and results.")] = Path("demo"),
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Draws what is hidden, motions and noise.")] = 0,
+    folder: Annotated[
+        Path, typer.Option("--folder", metavar="FOLDER", help="Folder for recordings and results.")
+    ] = Path("demo"),
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, metavar="N", help="Seed of the hidden change, motions and noise.")
+    ] = 0,
 ) -> None:
-    """Diagnose a generated UR5 in which one effect was hidden, then reveal the truth."""
+    """Simulate a UR5 before and after a hidden change, diagnose it, and reveal the change."""
     from physident.demo.run import run_demo
 
-    with busy("recording a generated arm before and after a change, and diagnosing it"):
+    with busy("simulating an arm before and after a change, and diagnosing it"):
         demo = run_demo(folder, seed)
     typer.echo(repr(demo))

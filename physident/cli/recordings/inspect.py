@@ -1,4 +1,4 @@
-"""physident inspect: what recordings hold, and what they cannot show."""
+"""physident inspect: the content of recordings, and the effects that they cannot show."""
 
 from __future__ import annotations
 
@@ -20,47 +20,56 @@ from physident.cli.options import (
 )
 from physident.errors import InputError, warn
 
-POSES = 2000  # of a recording, evenly spread: more say nothing new of where it comes near a singularity
+MAX_POSES = 2000  # of a recording, evenly spaced: enough to find singularities
 
 
-@app.command(short_help="What recordings hold and cannot show.")
+@app.command(short_help="Check recordings before they are used.")
 def inspect(
     recordings: Recordings,
     robot: RobotOption = None,
     effects: Annotated[
-        str | None, typer.Option("--effects", help="Show what of these effects cannot be seen; all: the catalogue.")
+        str | None,
+        typer.Option(
+            "--effects",
+            metavar="EFFECTS|all",
+            help="Show which of these effects the recordings cannot show; all: of the catalogue.",
+        ),
     ] = None,
     columns: ColumnsOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Also draw motion and effort (.png, .pdf, .svg).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw motion and effort (.png, .pdf, .svg).")
+    ] = None,
 ) -> None:
-    """Print what recordings hold: clock, ranges, bad rows, rest, agreement of channels, a cutoff that suits them."""
+    """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff."""
     from physident.recordings.inspection import inspect_recording
 
     if effects is not None and robot is None:
-        raise InputError("--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a .toml")
+        raise InputError(
+            "--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml"
+        )
     check_outputs([*recordings, robot], plot=plot)
     loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
-    seen = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
+    inspections = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
     if plot is not None:
-        from physident.view.figures.recordings import plot_recordings
+        from physident.graphics.figures.recordings import plot_recordings
 
         plot_recordings(loaded, plot)
-    typer.echo("\n\n".join(map(repr, seen)))
+    typer.echo("\n\n".join(map(repr, inspections)))
     if robot is not None:
         typer.echo("\n" + _manipulability(robot, loaded))
     if effects is not None and robot is not None:
-        typer.echo("\n" + _hidden(robot, effects, loaded, cutoff))
+        typer.echo("\n" + _visibility(robot, effects, loaded, cutoff))
 
 
 def _manipulability(robot: str, recordings: list) -> str:
-    """How near the recorded poses come to a singularity, with a warning where they do."""
+    """The distance of the recorded poses from a singularity, with a warning where it is small."""
     from physident.identifiability.manipulability import measure_manipulability
 
     arm, rows = robot_of(robot), []
     for recording in recordings:
-        every = max(1, len(recording.q) // POSES)
+        every = max(1, len(recording.q) // MAX_POSES)
         found = measure_manipulability(arm, recording.q[::every])
         rows.append(f"{Path(recording.source).name}: {found!r}")
         if found.warning:
@@ -68,7 +77,7 @@ def _manipulability(robot: str, recordings: list) -> str:
     return "\n".join(rows)
 
 
-def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
+def _visibility(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
     from physident.dynamics.regressor import build_regressor
     from physident.effects.catalogue import make_effects
     from physident.estimation.identify import prepare_moving
@@ -78,7 +87,7 @@ def _hidden(robot: str, effects: str, recordings: list, cutoff: float | None) ->
     if effects.strip() == "all":
         from physident.identifiability.identifiability import measure_identifiability
 
-        with busy("asking every effect"):
+        with busy("checking every effect"):
             return repr(measure_identifiability(arm, prepare_moving(arm, recordings, filter), filter))
-    made = make_effects(names_of(effects))
-    return repr(measure_visibility(build_regressor(arm, made, prepare_moving(arm, recordings, filter), filter)))
+    chosen = make_effects(names_of(effects))
+    return repr(measure_visibility(build_regressor(arm, chosen, prepare_moving(arm, recordings, filter), filter)))

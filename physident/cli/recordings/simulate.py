@@ -1,4 +1,4 @@
-"""physident simulate: a model and a planned motion in, a recording out."""
+"""physident simulate: a recording of a simulated arm that follows a planned motion."""
 
 from __future__ import annotations
 
@@ -17,17 +17,27 @@ if TYPE_CHECKING:
 CONTROLLERS = ("pd", "computed-torque")
 
 
-@app.command(short_help="A recording of a simulated arm.")
+@app.command(short_help="Simulate an arm, and record it.")
 def simulate(
-    trajectory: Annotated[Path, typer.Option("--trajectory", help="The motion to follow (physident.trajectory/1).")],
-    out: Annotated[Path, typer.Option("--out", help="The recording to write (.csv).")],
-    model: Annotated[Path | None, typer.Option("--model", help="The arm: a model file that identify wrote.")] = None,
-    robot: Annotated[str | None, typer.Option("--robot", help="The arm, as its description states it.")] = None,
-    sensors: Annotated[Path | None, typer.Option("--sensors", help="Its sensors (physident.sensors/1).")] = None,
-    controller: Annotated[str, typer.Option("--controller", help="pd or computed-torque.")] = "pd",
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the sensors' noise.")] = 0,
+    trajectory: Annotated[
+        Path,
+        typer.Option("--trajectory", metavar="FILE", help="The motion to follow (physident.trajectory/1)."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The recording to write (.csv).")],
+    model: Annotated[
+        Path | None, typer.Option("--model", metavar="FILE", help="The arm: a model that identify wrote.")
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="NAME|FILE", help="The arm: a built-in robot, a URDF file or a DH table."),
+    ] = None,
+    sensors: Annotated[
+        Path | None, typer.Option("--sensors", metavar="FILE", help="Its sensors (physident.sensors/1).")
+    ] = None,
+    controller: Annotated[str, typer.Option("--controller", metavar="NAME", help="pd or computed-torque.")] = "pd",
+    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Seed of the sensors' noise.")] = 0,
 ) -> None:
-    """Simulate an arm that follows a motion, with all effects of its model, and write what its sensors record."""
+    """Simulate an arm with all effects of its model while it follows a motion, and write what its sensors record."""
     from physident.excitation.motion.trajectory import load_trajectory
     from physident.recordings.formats.csv import write_csv
     from physident.simulation.sensors import Sensors, load_sensors
@@ -52,7 +62,7 @@ def _arm(model: Path | None, robot: str | None) -> Model:
     from physident.robots.robot import load_robot
 
     if (model is None) == (robot is None):
-        raise InputError("which arm? expected one of --model (a model file) and --robot (its description alone)")
+        raise InputError("which arm? expected either --model (an identified model) or --robot (a description)")
     return load_estimate(model).model if model is not None else Model.nominal(load_robot(str(robot)))
 
 

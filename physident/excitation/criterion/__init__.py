@@ -1,5 +1,5 @@
-"""What makes a motion good: the information it carries about parameters, or about the difference of two effects.
+"""The criterion of a design: how much a motion shows of all parameters, or of the difference between two effects.
 
-``information`` accumulates the regressor, ``criterion`` turns it into one number, ``separation`` and ``rivals`` do the
-same for two effects. Start with ``criterion``.
+``information`` accumulates the regressor, ``criterion`` turns it into one number, ``separation`` does the same for two
+rival effects. Start with ``criterion``.
 """

@@ -1,6 +1,6 @@
-"""What a good excitation is: functions of the information matrix G = sum_k Y_k^T Y_k of a motion, with their gradients.
+"""Criteria of a good motion: functions of its information matrix G = sum_k Y_k^T Y_k, with their gradients.
 
-G is symmetric and positive semidefinite; every criterion is to be made small.
+G is symmetric and positive semidefinite. Every criterion is minimised.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 
 Array = NDArray[np.float64]
-FLOOR = 1e-13  # of the largest eigenvalue: below, rounding decides
+FLOOR = 1e-13  # of the largest eigenvalue: smaller ones are rounding
 
 
 class Criterion(ABC):
-    """A function of the information matrix (r, r), small where a motion excites every parameter."""
+    """A function of the information matrix (r, r), small for a motion that excites every parameter."""
 
     name: ClassVar[str]
 
@@ -29,15 +29,15 @@ class Criterion(ABC):
 
     @abstractmethod
     def gradient(self, G: Array) -> tuple[float, Array]:
-        """The value that is made small and its symmetric gradient (r, r) at one information matrix."""
+        """The value that a solver minimises, and its symmetric gradient (r, r), at one information matrix."""
 
 
 @dataclass(frozen=True)
 class Condition(Criterion):
     """log cond(Y), Y the stacked regressor; thesis eq. 3.59 with cond(Y)^2 = cond(Y^T Y).
 
-    The largest and the smallest singular value s are not smooth where two meet: the gradient is that of their soft
-    counterparts (log sum s^p - log sum s^-p) / p, which bound the logarithm of the condition number from above. ``sharpness`` p.
+    Where two singular values s meet, the largest and the smallest one are not smooth. The gradient is therefore that of
+    (log sum s^p - log sum s^-p) / p with ``sharpness`` p, an upper bound of the logarithm of the condition number.
     """
 
     sharpness: float = 30.0
@@ -45,8 +45,8 @@ class Condition(Criterion):
     name: ClassVar[str] = "condition"
 
     def values(self, G: Array) -> Array:
-        size = _eigenvalues(G)
-        return 0.5 * np.log(size[..., -1] / size[..., 0])
+        eigenvalues = _eigenvalues(G)
+        return 0.5 * np.log(eigenvalues[..., -1] / eigenvalues[..., 0])
 
     def gradient(self, G: Array) -> tuple[float, Array]:
         size, vectors = _decomposed(G)
@@ -60,7 +60,7 @@ class Condition(Criterion):
 
 @dataclass(frozen=True)
 class DOptimal(Criterion):
-    """-log det(G) / (2 r): the volume of the parameters' confidence ellipsoid, as a mean over parameters."""
+    """-log det(G) / (2 r): the logarithm of the confidence ellipsoid's volume, as a mean over parameters."""
 
     name: ClassVar[str] = "d_optimal"
 
@@ -74,7 +74,7 @@ class DOptimal(Criterion):
 
 @dataclass(frozen=True)
 class AOptimal(Criterion):
-    """log(trace(G^-1) / r) / 2: the parameters' mean square error, as the logarithm of its root."""
+    """log(trace(G^-1) / r) / 2: the logarithm of the parameters' root mean square error."""
 
     name: ClassVar[str] = "a_optimal"
 
@@ -91,7 +91,7 @@ CRITERIA: dict[str, type[Criterion]] = {c.name: c for c in (Condition, DOptimal,
 
 
 def make_criterion(criterion: str) -> Criterion:
-    """The criterion of a name; raises InputError for an unknown one."""
+    """The criterion with a name of ``CRITERIA``; raises InputError for an unknown name."""
     if criterion not in CRITERIA:
         raise InputError(f"criterion is {criterion!r}, expected one of {', '.join(CRITERIA)}")
     return CRITERIA[criterion]()

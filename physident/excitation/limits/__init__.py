@@ -1,5 +1,5 @@
-"""Limits of a motion: joints, torque, tool, table and the arm's own links.
+"""Limits of a motion: each joint's position, speed and acceleration, and everything that the workspace adds.
 
-``joint_limits`` and ``walls`` steer the search, ``margins`` checks its result by what did not design it. Start with
-``margins``.
+``joint_limits``, ``torque_limit``, ``tool_speed_limit``, ``table_limit`` and ``self_collision`` are the limits. Each one is
+a constraint for the search and a margin for the check afterwards. ``workspace`` puts them together. Start with ``limit``.
 """

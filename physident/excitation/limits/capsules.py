@@ -1,4 +1,4 @@
-"""The shapes of a robot's links, and capsules around them that a design can keep apart."""
+"""Collision geometry of a robot's links, and capsules around it, whose distances are smooth enough for a search."""
 
 from __future__ import annotations
 
@@ -13,22 +13,25 @@ from physident.errors import InputError
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-INSIDE = 1e-9  # m
+INSIDE = 1e-9  # m: tolerance of "inside"
 
 
 @dataclass(frozen=True, eq=False)
 class Capsule:
-    """All points within ``radius`` [m] of the line from ``start`` to ``end`` (3,) [m], in the frame of joint ``link``
-    (from 1), or of the base (0); around the collision shapes of indices ``shapes``."""
+    """All points within ``radius`` [m] of the line from ``start`` to ``end`` (3,) [m].
+
+    Both are in the frame of joint ``link`` (from 1), or of the base (0). ``geometries`` are the indices of the collision
+    geometry objects inside.
+    """
 
     link: int
     start: Array
     end: Array
     radius: float
-    shapes: tuple[int, ...] = ()
+    geometries: tuple[int, ...] = ()
 
 
-def collision_shapes(robot: Robot, meshes: str | Path | None = None) -> Any:
+def collision_geometry(robot: Robot, meshes: str | Path | None = None) -> Any:
     """Pinocchio's geometry model of the URDF's collision elements; ``meshes`` is the folder of its packages.
 
     Raises InputError where a mesh cannot be read, naming it, or where no link has a collision element.
@@ -37,32 +40,33 @@ def collision_shapes(robot: Robot, meshes: str | Path | None = None) -> Any:
 
     folders = [] if meshes is None else [str(meshes)]
     try:
-        shapes = pin.buildGeomFromUrdfString(robot.pinocchio, robot.urdf, pin.GeometryType.COLLISION, None, folders)
+        geometry = pin.buildGeomFromUrdfString(robot.pinocchio, robot.urdf, pin.GeometryType.COLLISION, None, folders)
     except Exception as error:  # the binding raises several kinds for one cause
         reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
         raise InputError(
-            f"{robot.source}: its collision shapes cannot be read ({reason}); expected meshes in the folder given with --meshes, or --limits joint"
+            f"{robot.source}: the collision geometry cannot be read ({reason}); expected its meshes in the folder given with --meshes, or --limits joint"
         ) from None
-    if not len(shapes.geometryObjects):
+    if not len(geometry.geometryObjects):
         raise InputError(
-            f"{robot.source}: no link has a collision element, so nothing keeps it from hitting itself; expected collision shapes, or --limits joint"
+            f"{robot.source}: no link has a collision element, so self-collision cannot be checked; expected collision elements in the URDF, or --limits joint"
         )
-    return shapes
+    return geometry
 
 
-def capsules_of(shapes: Any) -> tuple[Capsule, ...]:
-    """A capsule around each collision shape; one that lies inside another of its link is left to that one.
+def capsules_of(geometry: Any) -> tuple[Capsule, ...]:
+    """Capsules around the collision geometry; a capsule inside another one of the same link is merged into it.
 
-    Spheres, cylinders and capsules keep their line; a box gets its longest axis, a mesh its longest principal one.
+    Spheres, cylinders and capsules keep their axis. A box gets a capsule along its longest axis, a mesh along its longest
+    principal axis.
     """
-    found = [replace(_around(one), shapes=(k,)) for k, one in enumerate(shapes.geometryObjects)]
+    found = [replace(_around(one), geometries=(k,)) for k, one in enumerate(geometry.geometryObjects)]
     kept: list[Capsule] = []
     for capsule in sorted(found, key=lambda c: -float(np.linalg.norm(c.end - c.start))):
-        outer = next((k for k, other in enumerate(kept) if _holds(other, capsule)), None)
+        outer = next((k for k, other in enumerate(kept) if _contains(other, capsule)), None)
         if outer is None:
             kept.append(capsule)
         else:
-            kept[outer] = replace(kept[outer], shapes=kept[outer].shapes + capsule.shapes)
+            kept[outer] = replace(kept[outer], geometries=kept[outer].geometries + capsule.geometries)
     return tuple(sorted(kept, key=lambda c: c.link))
 
 
@@ -85,7 +89,7 @@ def _around(one: Any) -> Capsule:
 
 
 def bounding_capsule(points: Array) -> tuple[Array, Array, float]:
-    """Start, end (3,) and radius of a capsule that holds points (N, 3), along their longest principal axis."""
+    """Start, end (3,) and radius of a capsule that contains points (N, 3), along their longest principal axis."""
     centre = (points.max(axis=0) + points.min(axis=0)) / 2
     axis = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
     along = (points - centre) @ axis
@@ -94,7 +98,7 @@ def bounding_capsule(points: Array) -> tuple[Array, Array, float]:
     middle -= (middle @ axis) * axis
     aside = np.linalg.norm(across - middle, axis=1)
     radius = float(aside.max())
-    # a point nearer to the axis may lie in the round end
+    # a point nearer to the axis may lie in the spherical end
     slack = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
     low, high = float((along + slack).min()), float((along - slack).max())
     low, high = (low, high) if low < high else ((low + high) / 2,) * 2
@@ -102,21 +106,21 @@ def bounding_capsule(points: Array) -> tuple[Array, Array, float]:
     return base + low * axis, base + high * axis, radius
 
 
-def _holds(outer: Capsule, inner: Capsule) -> bool:
+def _contains(outer: Capsule, inner: Capsule) -> bool:
     """Whether one capsule of a link contains another of the same link."""
     if outer.link != inner.link:
         return False
-    way = outer.end - outer.start
-    size = float(way @ way)
+    axis = outer.end - outer.start
+    size = float(axis @ axis)
     for point in (inner.start, inner.end):
-        share = float(np.clip((point - outer.start) @ way / size, 0, 1)) if size > 0 else 0.0
-        if np.linalg.norm(point - outer.start - share * way) + inner.radius > outer.radius + INSIDE:
+        share = float(np.clip((point - outer.start) @ axis / size, 0, 1)) if size > 0 else 0.0
+        if np.linalg.norm(point - outer.start - share * axis) + inner.radius > outer.radius + INSIDE:
             return False
     return True
 
 
-def nearest(p: Array, d: Array, other_p: Array, other_d: Array) -> tuple[Array, Array]:
-    """Where two lines are nearest: shares s, t (...) of p + s d and other_p + t other_d (..., 3), each from 0 to 1.
+def nearest_points(p: Array, d: Array, other_p: Array, other_d: Array) -> tuple[Array, Array]:
+    """Nearest points of two line segments: s, t (...) from 0 to 1, of p + s d and other_p + t other_d (..., 3).
 
     Source: Ericson, "Real-Time Collision Detection" (2005), sec. 5.1.9.
     """

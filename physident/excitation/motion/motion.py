@@ -1,4 +1,4 @@
-"""What every planned motion can do: give its states, its extent, the limits it breaks, and its files."""
+"""The base class of planned motions: states, extent, violated limits, and files."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SCHEMA = "physident.trajectory/1"
-LIMIT_TOLERANCE = 1e-4  # relative: a motion designed to touch a limit does not break it
+LIMIT_TOLERANCE = 1e-4  # relative: rounding, for a motion that was designed to reach a limit
 MAX_SAMPLES = 10_000_000
-LARGEST = 1e9  # of any number that describes a motion: its squares and sums stay finite
+LARGEST = 1e9  # of any number of a motion, so that its squares and sums are finite
 
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """How far a motion goes, (n,) each: ``lower``, ``upper`` [rad|m], ``speed`` [rad/s|m/s] and ``acceleration``
-    [rad/s^2|m/s^2] without sign."""
+    """The extent of a motion, (n,) each: positions from ``lower`` to ``upper`` [rad|m], and the largest absolute ``speed``
+    [rad/s|m/s] and ``acceleration`` [rad/s^2|m/s^2]."""
 
     lower: Array
     upper: Array
@@ -47,29 +47,28 @@ class Motion(ABC):
 
     @abstractmethod
     def states(self, time: Array) -> Signals:
-        """Position, velocity and acceleration at some instants (N,) [s]; constant before the start and after the end
-        where the motion is at rest there."""
+        """Position, velocity and acceleration at instants (N,) [s]; at standstill before the start and after the end."""
 
     @abstractmethod
     def extent(self) -> Extent:
-        """The widest positions, and bounds of speed and acceleration that hold at every instant, not only on a grid."""
+        """Bounds of position, speed and acceleration that hold at every instant, not only on a grid."""
 
     @abstractmethod
     def as_dict(self) -> dict[str, Any]:
-        """Its kind and settings, as JSON can hold them."""
+        """The kind and the settings of the motion, for JSON."""
 
     def sample(self, rate: float) -> tuple[Array, Array, Array, Array]:
-        """Time (N,) [s] and q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2] (N, n) at a rate [Hz], the start included."""
+        """Time (N,) [s] and q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2] (N, n) at a rate [Hz], from the start on."""
         if not (math.isfinite(rate) and rate > 0) or self.duration * rate > MAX_SAMPLES:
             raise InputError(
-                f"rate is {rate} Hz for {self.duration:g} s, expected a positive one of at most {MAX_SAMPLES} samples"
+                f"rate is {rate} Hz for {self.duration:g} s, expected a positive rate that gives at most {MAX_SAMPLES} samples"
             )
         time = np.arange(math.floor(self.duration * rate + 1e-6) + 1) / rate
         states = self.states(time)
         return time, states.q, states.v, states.a
 
     def violations(self, robot: Robot) -> list[str]:
-        """One sentence for each limit of the robot that the motion breaks: the joint, what it reaches, the limit."""
+        """One sentence for each limit of the robot that the motion violates: the joint, the value reached and the limit."""
         if self.n != robot.n:
             return [f"the motion has {self.n} joints, but robot {robot.name} has {robot.n}"]
         extent = self.extent()
@@ -98,7 +97,7 @@ class Motion(ABC):
         write_json(path, {"schema": SCHEMA, **self.as_dict()})
 
     def write_csv(self, path: str | Path, rate: float) -> None:
-        """Write a table ``time,q_1..,dq_1..,ddq_1..`` at a rate [Hz], as a robot's controller streams it."""
+        """Write a table ``time,q_1..,dq_1..,ddq_1..`` at a rate [Hz], for a robot's controller."""
         table = np.column_stack(self.sample(rate))
         joints = range(1, self.n + 1)
         names = ["time", *(f"{channel}_{j}" for channel in ("q", "dq", "ddq") for j in joints)]
@@ -108,17 +107,19 @@ class Motion(ABC):
 
 
 def checked(name: str, values: Any, shape: tuple[int | None, ...]) -> Array:
-    """A read-only array of numbers up to 1e9; raises InputError for another shape, None standing for any length."""
+    """A read-only array of numbers up to 1e9; raises InputError for another shape, where None means any length."""
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"trajectory: {name} holds what is no number, expected an array of numbers") from None
-    fits = array.ndim == len(shape) and all(want in (None, came) for want, came in zip(shape, array.shape, strict=True))
+        raise InputError(f"trajectory: {name} has a value that is no number, expected an array of numbers") from None
+    fits = array.ndim == len(shape) and all(
+        size in (None, given) for size, given in zip(shape, array.shape, strict=True)
+    )
     if not fits or not array.size:
-        wanted = ", ".join("any" if s is None else str(s) for s in shape)
-        raise InputError(f"trajectory: {name} has shape {array.shape}, expected numbers of shape ({wanted})")
+        expected = ", ".join("any" if s is None else str(s) for s in shape)
+        raise InputError(f"trajectory: {name} has shape {array.shape}, expected numbers of shape ({expected})")
     if not (np.abs(array) <= LARGEST).all():
         bad = array[~(np.abs(array) <= LARGEST)][0]
-        raise InputError(f"trajectory: {name} holds {bad:g}, expected finite numbers up to {LARGEST:g}")
+        raise InputError(f"trajectory: {name} contains {bad:g}, expected finite numbers up to {LARGEST:g}")
     array.setflags(write=False)
     return array

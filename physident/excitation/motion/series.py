@@ -1,4 +1,4 @@
-"""The motions a design chooses from: Fourier series at rest at both ends, as a linear function of free numbers."""
+"""The motions that a design chooses from: Fourier series at rest at both ends, linear in their free numbers."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from physident.errors import InputError
 from physident.excitation.motion.trajectory import MAX_HARMONICS, Trajectory
 
 Array = NDArray[np.float64]
-LEAST_HARMONICS = 2  # one harmonic cannot start at rest and move
+MIN_HARMONICS = 2  # with one harmonic, a motion that starts at rest does not move
 
 
 @dataclass(frozen=True)
 class Series:
     """Fourier series of ``n`` joints with ``harmonics`` L of ``base_frequency`` [Hz], at rest where a period begins.
 
-    A joint has m = 2 L - 1 free numbers y: 2 (L - 1) that a and b are made of, so that sum_l l a_l = 0 and
-    sum_l l^2 b_l = 0 hold exactly, and the offset q0. All are of the size of a position. Source: thesis eq. 3.54-3.58.
+    A joint has m = 2 L - 1 free numbers y, all of the size of a position: 2 (L - 1) coordinates of a and b on the
+    subspace sum_l l a_l = 0, sum_l l^2 b_l = 0, and the offset q0. Source: thesis eq. 3.54-3.58.
     Raises InputError for fewer than two harmonics or a frequency that is not positive.
     """
 
@@ -30,9 +30,9 @@ class Series:
     base_frequency: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.harmonics, int) or not LEAST_HARMONICS <= self.harmonics <= MAX_HARMONICS // 2:
+        if not isinstance(self.harmonics, int) or not MIN_HARMONICS <= self.harmonics <= MAX_HARMONICS // 2:
             raise InputError(
-                f"harmonics is {self.harmonics}, expected a whole number from {LEAST_HARMONICS} to {MAX_HARMONICS // 2}"
+                f"harmonics is {self.harmonics}, expected a whole number from {MIN_HARMONICS} to {MAX_HARMONICS // 2}"
             )
         if not (math.isfinite(self.base_frequency) and self.base_frequency > 0):
             raise InputError(f"base_frequency is {self.base_frequency} Hz, expected a positive number")
@@ -54,7 +54,7 @@ class Series:
 
     @cached_property
     def _maps(self) -> tuple[Array, Array]:
-        """A, B (L, L - 1) with a = A y and b = B y: orthonormal columns over velocities, which the order weighs."""
+        """A, B (L, L - 1) with a = A y and b = B y; their columns, times the order l, are orthonormal."""
         order = np.arange(1.0, self.harmonics + 1)
         maps = []
         for normal in (np.ones_like(order), order):  # of l a_l and of l b_l
@@ -63,8 +63,8 @@ class Series:
         return maps[0], maps[1]
 
     def basis(self, phase: Array) -> tuple[Array, Array, Array]:
-        """Q, V, A (K, m): position, velocity [1/s] and acceleration [1/s^2] of a joint at phases (K,) of a period, from 0
-        to 1, for each unit of its free numbers."""
+        """Q, V, A (K, m) at phases (K,) of a period, from 0 to 1: the derivatives of a joint's position, velocity [1/s] and
+        acceleration [1/s^2] by its free numbers."""
         order = np.arange(1, self.harmonics + 1)
         omega = 2 * math.pi * self.base_frequency * order
         angle = 2 * math.pi * np.outer(phase, order)

@@ -1,4 +1,4 @@
-"""Trajectory: a finite Fourier series for each joint, at rest where it starts and ends."""
+"""Trajectory: a finite Fourier series for each joint."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from physident.files import naming, read_json
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-NODES = 400  # for each period of the highest harmonic: the bound of the peak is then 3e-5 too wide
-REST = 1e-9  # rad/s, rad/s^2: slower than any encoder can tell
+NODES = 400  # for each period of the highest harmonic: the bound of a peak is then at most 3e-5 too large
+REST = 1e-9  # rad/s, rad/s^2: below the resolution of any encoder
 MAX_FILE = 20_000_000  # bytes
-MAX_HARMONICS = 200  # the peaks of a period are found on 400 nodes for each
-FREE_RANGE = math.pi  # rad: how far from zero a joint without position limits is sent
-FREE_SPEED = math.pi  # rad/s, and rad/s^2: for joints without limits of speed or acceleration, those of a UR5
+MAX_HARMONICS = 200  # each harmonic costs 400 nodes
+FREE_RANGE = math.pi  # rad: the position limit of a joint that states none
+FREE_SPEED = math.pi  # rad/s, rad/s^2: the speed and acceleration limits of a joint that states none, as of a UR5
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +29,10 @@ class Trajectory(Motion):
     """q(t) = q0 + sum_l a_l sin(l w t) - b_l cos(l w t) for each joint, w = 2 pi base_frequency, L harmonics.
 
     ``a``, ``b`` (n, L) [rad|m], ``q0`` (n,) [rad|m], ``base_frequency`` [Hz], ``duration`` [s]. Velocity is
-    sum_l l w (a_l cos(l w t) + b_l sin(l w t)), acceleration its derivative. It starts and ends at rest, velocity and
-    acceleration zero, when sum_l l a_l = 0, sum_l l^2 b_l = 0 and the duration is a whole number of periods: see
-    ``at_rest`` and ``to_rest``. Source: thesis eq. 3.54-3.56 and 3.58, with the sign of the velocity's second term
-    mended. Raises InputError for arrays that do not fit, a frequency or a duration that is not positive.
+    sum_l l w (a_l cos(l w t) + b_l sin(l w t)), acceleration its derivative. Both are zero at the start and at the end if
+    sum_l l a_l = 0, sum_l l^2 b_l = 0 and the duration is a whole number of periods; see ``at_rest`` and ``to_rest``.
+    Source: thesis eq. 3.54-3.56 and 3.58, with the sign of the velocity's second term corrected. Raises InputError for
+    arrays of different shapes, and for a frequency or a duration that is not positive.
     """
 
     a: Array
@@ -79,7 +79,7 @@ class Trajectory(Motion):
         return abs(periods - round(periods)) < 1e-9 and float(max(abs(start.v).max(), abs(start.a).max())) < REST
 
     def to_rest(self) -> Trajectory:
-        """The nearest trajectory that starts and ends at rest: least change of a and b, whole periods."""
+        """The nearest trajectory at rest at both ends: the smallest change of a and b, and whole periods."""
         order = np.arange(1.0, self.harmonics + 1)
         if self.harmonics < 2:
             raise InputError("trajectory: one harmonic cannot start at rest and move, expected at least two")
@@ -88,13 +88,13 @@ class Trajectory(Motion):
         return replace(self, a=a, b=b, duration=periods / self.base_frequency)
 
     def states(self, time: Array) -> Signals:
-        """Position, velocity and acceleration at some instants (N,) [s]; before the start and after the end as there,
-        at standstill."""
+        """Position, velocity and acceleration at instants (N,) [s]; before the start and after the end the arm stands still
+        where it starts and ends."""
         time = np.asarray(time, dtype=float)
         inside = np.clip(time, 0.0, self.duration)
         order = np.arange(1, self.harmonics + 1)
         omega = 2 * math.pi * self.base_frequency * order
-        # the phase within the period: many periods on, the end is as exactly at rest as the start
+        # the phase within the period, so that rest at the end is exact after many periods too
         angle = 2 * math.pi * np.outer(np.mod(self.base_frequency * inside, 1.0), order)
         sine, cosine = np.sin(angle), np.cos(angle)
         q = self.q0 + sine @ self.a.T - cosine @ self.b.T
@@ -104,7 +104,7 @@ class Trajectory(Motion):
         return Signals(time, q, v * moving, a * moving, source="trajectory")
 
     def extent(self) -> Extent:
-        """The widest positions, speeds and accelerations of a period, bounds that hold between the nodes too.
+        """Bounds of position, speed and acceleration over a period, which hold between the nodes too.
 
         A trigonometric polynomial of order L is at most 1 / cos(pi L / N) times its largest value on N equidistant
         nodes; for the positions, about the middle of their range. Source: Ehlich and Zeller, "Schwankung von Polynomen zwischen Gitterpunkten" (1964).
@@ -117,7 +117,7 @@ class Trajectory(Motion):
         return Extent(middle - half, middle + half, wide * np.abs(s.v).max(axis=0), wide * np.abs(s.a).max(axis=0))
 
     def as_dict(self) -> dict[str, Any]:
-        """Its kind and settings, as JSON can hold them."""
+        """The kind and the settings of the motion, for JSON."""
         arrays = {key: getattr(self, key).tolist() for key in ("a", "b", "q0")}
         return {"kind": self.kind, "base_frequency": self.base_frequency, "duration": self.duration, **arrays}
 
@@ -145,8 +145,8 @@ def random_trajectory(
     """A random trajectory at rest at both ends, inside the robot's limits of position, speed and acceleration.
 
     Each joint is scaled until it reaches ``scale`` (0 to 1) of the first of its limits; a joint without limits gets +-pi
-    rad, pi rad/s, pi rad/s^2. ``duration`` [s] is a whole number of periods, one by default. Raises InputError for
-    fewer than two harmonics, a scale outside (0, 1], a duration of no whole number of periods.
+    rad, pi rad/s, pi rad/s^2. ``duration`` [s] is a whole number of periods, one by default. Raises InputError for fewer
+    than two harmonics, a scale outside (0, 1], and a duration that is no whole number of periods.
     """
     if not 0 < scale <= 1:
         raise InputError(f"scale is {scale}, expected a share of the limits, above 0 and at most 1")
@@ -164,7 +164,7 @@ def random_trajectory(
     shape = Trajectory(a, b, np.zeros(robot.n), base_frequency, round(periods) / base_frequency).to_rest()
     extent = shape.extent()
     lower, upper = np.maximum(robot.lower, -FREE_RANGE), np.minimum(robot.upper, FREE_RANGE)
-    # joint limits wholly beyond half a turn are kept as they are
+    # limits that lie beyond half a turn altogether are used as they are
     lower, upper = np.where(lower < upper, [lower, upper], [robot.lower, robot.upper])
     speed = np.minimum(robot.velocity_limit, FREE_SPEED)
     acceleration = robot.acceleration_limit or (FREE_SPEED,) * robot.n
@@ -184,7 +184,7 @@ def random_trajectory(
 def load_trajectory(path: str | Path) -> Motion:
     """The motion in a trajectory file (schema physident.trajectory/1): a Fourier series or point-to-point moves.
 
-    Raises InputError where the file is missing, no JSON, of another schema or not complete.
+    Raises InputError for a file that is missing, no JSON, of another schema or incomplete.
     """
     data = read_json(path, MAX_FILE, "a trajectory file", SCHEMA)
     kinds: dict[Any, type[Motion]] = {kind.kind: kind for kind in (Trajectory, PointToPoint)}
@@ -196,5 +196,5 @@ def load_trajectory(path: str | Path) -> Motion:
 
 
 def _without(values: Array, direction: Array) -> Array:
-    """Rows (n, L) without their part along one direction (L,)."""
+    """Rows (n, L) without their component along a direction (L,)."""
     return values - np.outer(values @ direction, direction) / float(direction @ direction)

@@ -1,4 +1,5 @@
-"""The search for a motion: a genetic algorithm that starts, and an interior-point method that finishes.
+"""The search for a motion: a genetic algorithm finds starting points, and IPOPT improves the best of them.
 
-``problem`` states the nonlinear program, ``genetic`` finds starts, ``nlp`` wraps CasADi and IPOPT. Start with ``search``.
+``problem`` states the nonlinear program, ``genetic`` finds the starting points, ``ipopt`` calls the solver through CasADi.
+Start with ``search``.
 """

@@ -1,4 +1,4 @@
-"""What a search is to solve: a criterion of a motion, made small within limits, and a motion that was found."""
+"""The nonlinear program of a design: a criterion of a motion, minimised within limits, and its solutions."""
 
 from __future__ import annotations
 
@@ -11,26 +11,30 @@ from numpy.typing import NDArray
 
 from physident.excitation.criterion.criterion import Condition, Criterion
 from physident.excitation.criterion.information import Information
+from physident.excitation.limits.constraints import Constraints, join
 from physident.excitation.limits.joint_limits import JointLimits
-from physident.excitation.limits.walls import NODES as WALL_NODES
-from physident.excitation.limits.walls import Walls
 from physident.excitation.limits.workspace import Workspace
+from physident.excitation.limits.workspace_constraints import NODES as WORKSPACE_NODES
+from physident.excitation.limits.workspace_constraints import workspace_constraints
 from physident.excitation.motion.series import Series
-from physident.excitation.search.nlp import Rows, join, minimise
+from physident.excitation.search.ipopt import minimise
 
 Array = NDArray[np.float64]
-DEAR = 20.0  # what exceeding a limit by its own size costs, in units of the criterion
-WITHIN = 1e-5  # relative: how far IPOPT may end beyond a constraint
-NEAR = 0.6  # of a limit: rows of the workspace farther away are left out of a stage, and looked at again after it
-ROUNDS = 4
-RESERVE = 0.02  # of a limit: a penalty begins before it is reached
-LIMIT_NODES = 96  # of a period for joint limits; those of five harmonics are then tightened by 1.3 %
+VIOLATION_COST = 20.0  # in units of the criterion, for a violation as large as the limit itself
+TOLERANCE = 1e-5  # relative: violation that IPOPT may leave
+NEAR_LIMIT = 0.6  # of a limit: constraints with more slack are left out of a stage, and checked after it
+MAX_ROUNDS = 4  # of adding constraints that were left out
+PENALTY_RESERVE = 0.02  # of a limit: the penalty begins before the limit is reached
+JOINT_NODES = 96  # instants of a period for joint limits; those of five harmonics are then tightened by 1.3 %
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A run of IPOPT: the ``sharpness`` of the condition number, at most so many ``iterations``, and the weight of the
-    ``penalty`` by which the workspace's limits are held, None where they are constraints."""
+    """One run of IPOPT.
+
+    ``sharpness`` of the soft condition number, and the largest number of ``iterations``. ``penalty`` is the weight of a
+    penalty on violations of the workspace's limits; None makes these limits constraints.
+    """
 
     sharpness: float
     iterations: int
@@ -38,9 +42,32 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
+class Solution:
+    """A motion that the search found.
+
+    ``y`` (n m,) are its free numbers, ``value`` is the criterion's, ``violation`` the largest relative limit violation, and
+    ``cost`` the criterion with that violation's cost. ``iterates`` are the free numbers after each iteration up to here.
+    """
+
+    y: Array
+    value: float
+    violation: float
+    cost: float
+    iterates: tuple[Array, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every limit holds."""
+        return self.violation <= TOLERANCE
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
-    """A motion of a ``series`` to find: ``criterion`` of its ``information`` made small within limits; ``coarse`` is the
-    information the genetic algorithm looks at."""
+    """Find the motion of a ``series`` that minimises a ``criterion`` of its ``information`` within all limits.
+
+    ``coarse`` is the information on fewer instants, for the genetic algorithm. ``workspace`` is None where only the
+    ``joints``' limits count.
+    """
 
     series: Series
     criterion: Criterion
@@ -50,71 +77,61 @@ class Problem:
     workspace: Workspace | None
 
     @cached_property
-    def joint_rows(self) -> Rows:
-        """The limits of the joints as constraints."""
-        return self.joints.rows(self.series, max(LIMIT_NODES, 12 * self.series.harmonics))
+    def joint_constraints(self) -> Constraints:
+        """The limits of the joints."""
+        return self.joints.constraints(self.series, max(JOINT_NODES, 12 * self.series.harmonics))
 
     @cached_property
-    def walls(self) -> Rows | None:
-        """The limits of the workspace as constraints."""
-        return None if self.workspace is None else Walls(self.workspace, self.series).rows()
+    def workspace_constraints(self) -> Constraints | None:
+        """The limits of the workspace."""
+        return None if self.workspace is None else workspace_constraints(self.workspace, self.series)
 
     @cached_property
-    def rows(self) -> Rows:
+    def constraints(self) -> Constraints:
         """All limits, those of the joints first."""
-        return self.joint_rows if self.walls is None else join(self.joint_rows, self.walls)
+        if self.workspace_constraints is None:
+            return self.joint_constraints
+        return join(self.joint_constraints, self.workspace_constraints)
 
-    def function(self, y: Array, stage: Stage) -> tuple[float, Callable[[], Array]]:
-        """What a stage makes small at free numbers (n m,), and what returns its gradient."""
+    def objective(self, y: Array, stage: Stage) -> tuple[float, Callable[[], Array]]:
+        """What a stage minimises at free numbers (n m,), and a function that returns its gradient."""
         criterion = self.criterion
         if isinstance(criterion, Condition):
             criterion = replace(criterion, sharpness=stage.sharpness)
         value, slope = criterion.gradient(self.information.matrix(y))
-        if self.walls is None or stage.penalty is None:
+        if self.workspace_constraints is None or stage.penalty is None:
             return value, lambda: self.information.pullback(y, slope)
-        beyond, outward = self.walls.penalty(y, RESERVE)
-        weight = stage.penalty / WALL_NODES
-        return value + weight * beyond, lambda: self.information.pullback(y, slope) + weight * outward
+        penalty, penalty_slope = self.workspace_constraints.penalty(y, PENALTY_RESERVE)
+        weight = stage.penalty / WORKSPACE_NODES
+        return value + weight * penalty, lambda: self.information.pullback(y, slope) + weight * penalty_slope
 
-    def improved(self, found: Found, stage: Stage) -> Found:
-        """The motion after a stage, with the way there, or as it was where that did not help."""
-        way: list[Array] = []
-        if stage.penalty is not None or self.walls is None:
-            y = minimise(lambda at: self.function(at, stage), self.joint_rows, found.y, stage.iterations, way.append)
+    def improve(self, start: Solution, stage: Stage) -> Solution:
+        """The solution after a stage, with its iterates, or the start where the stage did not improve it."""
+        iterates: list[Array] = []
+        if stage.penalty is not None or self.workspace_constraints is None:
+            y = minimise(
+                lambda at: self.objective(at, stage), self.joint_constraints, start.y, stage.iterations, iterates.append
+            )
         else:
-            y = self._constrained(found.y, stage, way.append)
-        return min(found, self.judged(y, (*found.way, *way)), key=lambda one: one.cost)
+            y = self._minimise_constrained(start.y, stage, iterates.append)
+        return min(start, self.solution(y, (*start.iterates, *iterates)), key=lambda one: one.cost)
 
-    def _constrained(self, y: Array, stage: Stage, passed: Callable[[Array], None]) -> Array:
-        """The motion after a stage with those rows of the workspace that come near their limit, and any it then meets."""
-        always = np.arange(len(self.rows.lower)) < len(self.joint_rows.lower)
-        near = always | (self.rows.slack(y) < NEAR)
-        for _ in range(ROUNDS):
-            y = minimise(lambda at: self.function(at, stage), self.rows.only(near), y, stage.iterations, passed)
-            slack = self.rows.slack(y)
-            if (slack[~near] >= -WITHIN).all():
+    def solution(self, y: Array, iterates: tuple[Array, ...] = ()) -> Solution:
+        """The solution at free numbers (n m,): its criterion and its violation."""
+        value = float(self.criterion.values(self.information.matrix(y)))
+        violation = self.constraints.violation(y)
+        return Solution(y, value, violation, value + VIOLATION_COST * max(0.0, violation - TOLERANCE), iterates)
+
+    def _minimise_constrained(self, y: Array, stage: Stage, on_iteration: Callable[[Array], None]) -> Array:
+        """The point after a stage with the workspace's constraints near their limit, and any that it then violates."""
+        of_joint = np.arange(len(self.constraints.lower)) < len(self.joint_constraints.lower)
+        near = of_joint | (self.constraints.slack(y) < NEAR_LIMIT)
+        for _ in range(MAX_ROUNDS):
+            y = minimise(
+                lambda at: self.objective(at, stage), self.constraints.select(near), y, stage.iterations, on_iteration
+            )
+            slack = self.constraints.slack(y)
+            if (slack[~near] >= -TOLERANCE).all():
                 break
-            near |= slack < NEAR
+            near |= slack < NEAR_LIMIT
         return y
-
-    def judged(self, y: Array, way: tuple[Array, ...] = ()) -> Found:
-        """The criterion's value and how far limits are exceeded; ``way`` led there."""
-        value, excess = float(self.criterion.values(self.information.matrix(y))), self.rows.excess(y)
-        return Found(y, value, excess, value + DEAR * max(0.0, excess - WITHIN), way)
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Free numbers ``y`` (n m,), the criterion's ``value``, by how much of a limit the worst one is exceeded, what the motion
-    ``cost``s with that, and the ``way`` that the search went to it, (n m,) after each iteration."""
-
-    y: Array
-    value: float
-    excess: float
-    cost: float
-    way: tuple[Array, ...] = ()
-
-    @property
-    def feasible(self) -> bool:
-        """Whether every limit holds."""
-        return self.excess <= WITHIN

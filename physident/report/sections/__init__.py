@@ -1,5 +1,5 @@
-"""The sections of a report, one a file, in the order of the page: answer, levels, causes, evidence, torques, limits,
-advice, provenance.
+"""The sections of a report, in the order of the page: answer, joint_errors, causes, torques, evidence, unseen, advice,
+provenance.
 
-Each returns markup made from a diagnosis. Start with ``answer``.
+Each function returns markup from a diagnosis. Start with ``answer``.
 """

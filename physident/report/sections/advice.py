@@ -1,19 +1,21 @@
-"""What to record next: only what follows from this diagnosis."""
+"""What to record next, as far as it follows from this diagnosis."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+from markupsafe import Markup
 
 from physident.diagnosis.result.advice import separation_advice
 from physident.diagnosis.result.findings import Finding, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
-from physident.report.markup import Markup, tag
-from physident.report.sections.limits import IN_MODEL, NONE_OF_ITS_OWN, by_reason
+from physident.report.markup import tag
+from physident.report.sections.unseen import IN_MODEL, NONE_OF_ITS_OWN, by_reason
 
 SLOW = 0.5  # of the residual's power below 0.2 Hz
-SHARE = 0.1  # of the residual's power: a smaller dependence is no lead
+SHARE = 0.1  # of the residual's power: a weaker dependence gives no advice
 LEADS = {
     "velocity": "move at several constant speeds in both directions",
     "position": "move each joint alone and slowly through its whole range, in both directions",
@@ -24,7 +26,7 @@ LEADS = {
 
 def advice(c: DiagnosisRecord) -> Markup:
     """A list, or the statement that nothing more is needed."""
-    items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_vague(c), *_remainder(c), *_unseen(c), *_held(c)]
+    items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_uncertain(c), *_remainder(c), *_unseen(c), *_unidentified(c)]
     if not items:
         items = ["Nothing more is needed for this answer."]
     return tag("section", tag("h2", "What to record next"), tag("ul", *(tag("li", item) for item in items)))
@@ -34,20 +36,20 @@ def _incomplete(c: DiagnosisRecord) -> list[str]:
     if not c.incomplete:
         return []
     return [
-        "First ask what is missing from the model: physident diagnose --model MODEL with the recordings it was fitted to."
+        "First find what the model lacks: run physident diagnose --model MODEL with the recordings that it was fitted to."
     ]
 
 
 def _rivals(c: DiagnosisRecord) -> list[str]:
     return [
-        f"To tell {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
+        f"To separate {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
         for f in c.findings
         for r in f.rivals
     ]
 
 
 def _separating(c: DiagnosisRecord, f: Finding, r: Rival) -> str:
-    """What separates a rival: the command that designs the motion, and how either shows."""
+    """The motion that separates a rival, and the command that designs it."""
     if r.effect == f.effect:
         return "move these joints one at a time"
     return in_words(separation_advice(c.question, f.effect, f.joints, r))
@@ -57,12 +59,12 @@ def _holdout(c: DiagnosisRecord) -> list[str]:
     if not c.findings or c.scored_on == "holdout":
         return []
     return [
-        "One more recording of another motion, kept from identify and diagnose and given to diagnose as --holdout: the"
-        " gains of this page are of left-out rows of the recordings that were diagnosed."
+        "Record another motion, use it neither for identify nor for diagnose, and pass it to diagnose as --holdout: the"
+        " gains on this page are those of left-out rows of the diagnosed recordings."
     ]
 
 
-def _vague(c: DiagnosisRecord) -> list[str]:
+def _uncertain(c: DiagnosisRecord) -> list[str]:
     wide = [
         f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
         for f in c.findings
@@ -71,7 +73,7 @@ def _vague(c: DiagnosisRecord) -> list[str]:
     ]
     if not wide or any(f.effect == "contact" for f in c.findings):
         return []
-    return [f"A longer recording, or more of them: intervals hold zero for {listed(list(dict.fromkeys(wide)))}."]
+    return [f"Record longer or more often: the intervals include zero for {listed(list(dict.fromkeys(wide)))}."]
 
 
 def _remainder(c: DiagnosisRecord) -> list[str]:
@@ -81,40 +83,42 @@ def _remainder(c: DiagnosisRecord) -> list[str]:
     items = []
     if c.noise_floor is None:
         items.append(
-            f"One motion twice, exactly: what both runs leave on {_joints([r.joint for r in left])} belongs to the arm,"
-            " the rest is noise. No motion was repeated here."
+            f"Record one motion twice: the part of the residual on {_joints([r.joint for r in left])} that repeats belongs"
+            " to the arm, and the rest is noise. No motion was repeated here."
         )
     if slow := [r.joint for r in left if r.slow > SLOW]:
         items.append(
             f"The residual of {_joints(slow)} is mostly slower than 0.2 Hz: repeat a motion cold and warm, with"
-            " temperature_1.. where the controller knows them."
+            " temperature_1.. if the controller measures them."
         )
     for key, text in LEADS.items():
         if joints := [r.joint for r in left if getattr(r, key) > SHARE]:
-            items.append(f"What remains of {_joints(joints)} goes with {key}: {text}.")
+            items.append(f"The residual of {_joints(joints)} depends on {key}: {text}.")
     return items
 
 
 def _unseen(c: DiagnosisRecord) -> list[str]:
     items = []
     reasons = by_reason(c)
-    # of a joint about a vertical axis no motion shows the zero
+    # no motion shows the zero offset of a joint about a vertical axis
     if still := [name for name in reasons.get(NONE_OF_ITS_OWN, {}) if name != "joint_zero_offset"]:
         items.append(
-            f"Motions that bring out {listed([effect_label(name) for name in still])}: here they showed no torque of their own."
+            f"Record motions that excite {listed([effect_label(name) for name in still])}: here they caused no torque of their own."
         )
     if IN_MODEL in reasons:
         items.append(
-            "The same arm again, without fitting the model to it: only a new recording shows whether a parameter that"
-            " the model has already has changed."
+            "Record the same arm again, without fitting the model to it: only a new recording shows whether a parameter"
+            " that the model already has changed."
         )
     return items
 
 
-def _held(c: DiagnosisRecord) -> list[str]:
+def _unidentified(c: DiagnosisRecord) -> list[str]:
     if not c.unidentified:
         return []
-    return ["Motions that show the parameters that were never identified: physident inspect --robot ... --effects all."]
+    return [
+        "To find motions for the parameters that were never identified: physident inspect --robot ... --effects all."
+    ]
 
 
 def _joints(joints: Sequence[int]) -> str:

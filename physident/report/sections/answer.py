@@ -1,14 +1,15 @@
-"""The answer first: the verdict in words, what it gains, and how far it can be trusted."""
+"""The answer: the verdict in words, the gain, and how far both can be trusted."""
 
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import REMAINS, headline, listed
-from physident.report.markup import Markup, joined, tag
+from physident.graphics.figures.residual import torque_units
+from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
-from physident.view.figures.residual import torque_units
 
 MARKS = {
     "explained": "explained",
@@ -16,7 +17,11 @@ MARKS = {
     "nothing_missing": "nothing missing",
     "unexplained": "unexplained",
 }
-WORSE = 1.0  # %: a smaller rise is no news
+INCOMPLETE_MODEL = (
+    "The model's residual on its own training recordings is still autocorrelated, so effects that it lacked then are"
+    " reported here as changes."
+)
+WORSE = 1.0  # %: a smaller rise is not mentioned
 
 
 def answer(c: DiagnosisRecord) -> Markup:
@@ -33,11 +38,11 @@ def answer(c: DiagnosisRecord) -> Markup:
 
 
 def judged_on(c: DiagnosisRecord) -> str:
-    """Which rows the errors before and after are of."""
+    """The rows that the errors before and after are computed on."""
     if c.scored_on != "holdout":
         return "rows of the diagnosed recordings that were left out while fitting"
     files = [c.short_name(used.path) for used in c.recordings if used.role == "holdout"]
-    return f"{listed(files) if len(files) < 4 else f'{len(files)} recordings'}, which nothing had been fitted to"
+    return f"{listed(files) if len(files) < 4 else f'{len(files)} recordings'}, which no model was fitted to"
 
 
 def _gains(c: DiagnosisRecord) -> list[str]:
@@ -59,18 +64,18 @@ def _gains(c: DiagnosisRecord) -> list[str]:
 
 
 def _cautions(c: DiagnosisRecord) -> list[Markup]:
-    """What must be known before the answer is used."""
-    said = []
+    """Warnings that belong before the answer."""
+    warnings = []
     if passed := [p for p in c.placebos if p.passed]:
-        said.append(
-            f"{len(passed)} of {len(c.placebos)} placebos, columns that cannot be a cause, were accepted too:"
-            " distrust this diagnosis."
+        warnings.append(
+            f"{len(passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, were accepted too."
+            " Do not trust this diagnosis."
         )
     if c.incomplete and c.findings:
-        said.append("The model left more than noise of its own recordings: what it lacks shows here as if it were new.")
+        warnings.append(INCOMPLETE_MODEL)
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
-        said.append(
-            f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause that these recordings"
-            " cannot tell from it: see below."
+        warnings.append(
+            f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause, which these recordings"
+            " cannot separate from it; see below."
         )
-    return [tag("p", joined(tag("strong", "Mind: "), " ".join(said)), class_="caution")] if said else []
+    return [tag("p", joined(tag("strong", "Note: "), " ".join(warnings)), class_="caution")] if warnings else []

@@ -1,21 +1,23 @@
-"""Each finding: what it is, what it gains, its parameters with intervals and units, and what it could be confused with."""
+"""Each finding: the effect, its gain, its parameters with intervals and units, and its rivals."""
 
 from __future__ import annotations
 
 import inspect
 
+from markupsafe import Markup
+
 from physident.diagnosis.result.findings import Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, listed
 from physident.effects.catalogue import CATALOGUE, effect_label
-from physident.report.markup import Markup, joined, table, tag
+from physident.graphics.figures.residual import torque_units
+from physident.graphics.style import effect_colour
+from physident.report.markup import joined, table, tag
 from physident.report.numbers import number, percent, quantity
-from physident.view.figures.residual import torque_units
-from physident.view.style import effect_colour
 
 
 def causes(c: DiagnosisRecord) -> list[Markup]:
-    """One card for each finding, the one with most evidence first."""
+    """One card for each finding, in the order of the diagnosis."""
     if not c.findings:
         return []
     cards = [_card(c, n, finding) for n, finding in enumerate(c.findings, 1)]
@@ -44,7 +46,7 @@ def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
     unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
     where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
     return [
-        f"On rows that were left out of the fit it takes the error of {where}, weighted by noise, from ",
+        f"On rows that were left out of the fit, it reduces the noise-weighted error of {where} from ",
         f"{number(f.gain.rms_before)} to {quantity(f.gain.rms_after, unit)} RMS: ",
         tag("strong", f"{percent(f.gain.reduction_percent)} less"),
         f" (95 % interval {percent(low)} to {percent(high)}).",
@@ -79,21 +81,28 @@ def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
 
 
 def _end(v: ParameterValue) -> list[Markup]:
-    return [tag("small", " at the end of the range that is searched")] if v.at_end else []
+    return [tag("small", " at the end of the search range")] if v.at_end else []
 
 
 def _zero(low: float, high: float) -> list[Markup]:
-    return [tag("small", " holds zero")] if low < 0 < high else []
+    return [tag("small", " includes zero")] if low < 0 < high else []
 
 
 def _rivals(f: Finding) -> list[Markup]:
     if not f.rivals:
         return []
     others = " or ".join(_instead(f, r) for r in f.rivals)
-    return [tag("p", tag("strong", "It could also be "), f"{others}. These recordings cannot tell.", class_="caution")]
+    return [
+        tag(
+            "p",
+            tag("strong", "It could also be "),
+            f"{others}. These recordings cannot separate them.",
+            class_="caution",
+        )
+    ]
 
 
 def _instead(f: Finding, r: Rival) -> str:
-    """A rival, and where it stands in for a part of the finding only."""
+    """A rival, with a note where it could replace a part of the finding only."""
     part = len(r.joints) < len(f.joints) and set(r.joints) < set(f.joints)
-    return cause(r.effect, r.joints) + (", instead of its part there" if part else "")
+    return cause(r.effect, r.joints) + (", for that part of the finding" if part else "")

@@ -1,4 +1,4 @@
-"""Where the page comes from: files, hashes, versions, commands."""
+"""The origin of the page: files, hashes, versions and commands."""
 
 from __future__ import annotations
 
@@ -8,23 +8,25 @@ import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
 
+from markupsafe import Markup
+
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import came
 from physident.dynamics.model import Model
 from physident.files import VERSION
-from physident.report.markup import Markup, table, tag
+from physident.report.markup import table, tag
 from physident.report.numbers import SPACE
 from physident.report.reread import Reread
 
-PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # as people and as installers call them
+PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # the usual name, and that of the package
 
 
-def provenance(c: DiagnosisRecord, read: Sequence[Reread], command: str) -> Markup:
-    """Tables of the recordings and of everything else; the last section."""
-    rows = [[one.used.path, one.used.role, tag("code", one.used.sha256), one.said] for one in read]
+def provenance(c: DiagnosisRecord, recordings: Sequence[Reread], command: str) -> Markup:
+    """A table of the recordings, and one of everything else."""
+    rows = [[one.used.path, one.used.role, tag("code", one.used.sha256), one.status] for one in recordings]
     return tag(
         "section",
-        tag("h2", "Where this comes from"),
+        tag("h2", "Origin of this page"),
         table(["recording", "used as", "SHA-256 of its data", "now"], rows, class_="files"),
         table(["", ""], [[name, value] for name, value in _facts(c, command)], class_="files"),
     )
@@ -39,7 +41,7 @@ def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
         ("robot", f"{robot.name}, {robot.n} joint{'s' if robot.n > 1 else ''}"),
         (came(c.question), _model(c.model)),
         *([("extended model", _model(c.extended))] if c.extended is not None else []),
-        ("low-pass", f"{c.filter.cutoff:g}{SPACE}Hz, the same on torque and on every column of the model"),
+        ("low-pass", f"{c.filter.cutoff:g}{SPACE}Hz, the same for the torque and for every column of the model"),
     ]
     if c.columns is not None:
         rows.append(("columns", tag("code", c.columns)))
@@ -54,7 +56,7 @@ def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
 
 
 def _model(model: Model) -> Markup:
-    """Its effects, and a hash of its parameters that tells whether two pages speak of the same model."""
+    """The effects of a model, and a hash of its parameters, by which two pages can be compared."""
     names = list(dict.fromkeys(effect.name for effect in model.effects))
     digest = hashlib.sha256(model.theta.astype("<f8").tobytes()).hexdigest()
     text = f"{', '.join(names)}; {len(model.theta)} parameters, SHA-256 of their values "
@@ -62,7 +64,7 @@ def _model(model: Model) -> Markup:
 
 
 def _again(c: DiagnosisRecord) -> str:
-    """The command that asks the same of the same recordings; the model's file is not known to a diagnosis."""
+    """The command that repeats the diagnosis; a diagnosis does not contain the path of the model's file."""
     words = ["physident", "diagnose", *(["--robot", "ROBOT"] if c.question == "nominal" else ["--model", "MODEL"])]
     words += [shlex.quote(used.path) for used in c.recordings if used.role != "holdout"]
     for used in c.recordings:

@@ -1,47 +1,48 @@
-"""Measured torque beside what the model as it came and the extended model predict, and what each leaves, joint by joint."""
+"""Measured and predicted torque of the diagnosed and of the extended model, and the residual of both, joint by joint."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import came
 from physident.effects.contact import Contact
 from physident.errors import InputError
+from physident.graphics import style
+from physident.graphics.figures.residual import torque_units
 from physident.report.chart import Line, legend, line_chart
-from physident.report.markup import Markup, tag
+from physident.report.markup import tag
 from physident.report.numbers import arrow, change, percent
 from physident.report.reread import Reread
 from physident.validation.comparison import Pair, predict_pair, rms
-from physident.view import style
-from physident.view.figures.residual import torque_units
 
-DRAWN = 2  # recordings
+MAX_DRAWN = 2  # recordings
 EXTENDED = "extended model"
 
 
-def torques(c: DiagnosisRecord, read: Sequence[Reread]) -> Markup:
-    """Charts of the recordings that could be read again; what could not is said."""
-    drawn = _chosen(c, read)
-    lost = [one for one in read if one.recording is None]
-    said = [tag("p", f"{c.short_name(one.used.path)}: {one.said}. No torque of it is drawn.") for one in lost]
-    if more := [c.short_name(one.used.path) for one in read if one not in drawn and one not in lost]:
-        said.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
+def torques(c: DiagnosisRecord, recordings: Sequence[Reread]) -> Markup:
+    """Charts of the recordings that could be read again, and a note for each other one."""
+    drawn = _chosen(c, recordings)
+    lost = [one for one in recordings if one.recording is None]
+    notes = [tag("p", f"{c.short_name(one.used.path)}: {one.status}. Its torque is not drawn.") for one in lost]
+    if more := [c.short_name(one.used.path) for one in recordings if one not in drawn and one not in lost]:
+        notes.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
     if not drawn:
-        said.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
+        notes.insert(0, tag("p", tag("strong", "No torque is drawn: none of the recordings could be read again.")))
     charts = [part for one in drawn for part in _charts(c, one)]
-    return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *said)
+    return tag("section", tag("h2", "Torque, measured and predicted"), *charts, *notes)
 
 
-def _chosen(c: DiagnosisRecord, read: Sequence[Reread]) -> list[Reread]:
-    """First the recordings with a contact that was found, then those nobody fitted, then the diagnosed ones."""
-    touched = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
-    had = [one for one in read if one.recording is not None]
-    rank = sorted(had, key=lambda one: (one.used.sha256 not in touched, one.used.role != "holdout"))
-    wanted = [one for one in rank if one.used.sha256 in touched or one.used.role == "holdout"]
-    return (wanted or rank[:1])[:DRAWN]
+def _chosen(c: DiagnosisRecord, recordings: Sequence[Reread]) -> list[Reread]:
+    """The recordings to draw: first those with a contact that was found, then the holdouts, then one diagnosed recording."""
+    with_contact = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
+    available = [one for one in recordings if one.recording is not None]
+    rank = sorted(available, key=lambda one: (one.used.sha256 not in with_contact, one.used.role != "holdout"))
+    wanted = [one for one in rank if one.used.sha256 in with_contact or one.used.role == "holdout"]
+    return (wanted or rank[:1])[:MAX_DRAWN]
 
 
 def _charts(c: DiagnosisRecord, one: Reread) -> list[Markup]:
@@ -54,13 +55,13 @@ def _charts(c: DiagnosisRecord, one: Reread) -> list[Markup]:
     names = [("measured", style.MEASURED), (came(c.question), style.RESIDUAL)]
     if pair.after is not None:
         names.append((EXTENDED, style.PREDICTED))
-    text = "which nothing had been fitted to" if one.used.role == "holdout" else "which was diagnosed"
+    text = "that no model was fitted to" if one.used.role == "holdout" else "that was diagnosed"
     bands = _bands(c, one.used.sha256)
     shaded = " Shaded: contact." if bands else ""
     start = float(one.recording.time[0])
     return [
         head,
-        tag("p", f"A recording {text}. Torque after the low-pass, where the arm moves.{shaded}"),
+        tag("p", f"A recording {text}. The torque is low-passed and shown where the arm moves.{shaded}"),
         legend(names),
         tag("div", *(_joint(c, pair, j, start, bands) for j in range(c.model.robot.n)), class_="joints"),
     ]
@@ -77,19 +78,19 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
     rows = np.flatnonzero(pair.before.counted[:, j])
     title = f"Joint {j + 1}, {robot.joint_names[j]}"
     if not len(rows):
-        return tag("figure", tag("figcaption", f"{title}: no row counts"))
+        return tag("figure", tag("figcaption", f"{title}: no row with motion"))
     time = pair.before.time[rows] - start
     colours = (style.RESIDUAL, style.PREDICTED)
     models = list(zip((came(c.question), EXTENDED), pair.both, colours, strict=False))
     predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
-    left = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
+    residuals = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
     sizes = [float(rms(p)[j]) for p in pair.both]
     text = arrow(sizes, unit)
-    moved = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
+    changed = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
     return tag(
         "figure",
-        tag("figcaption", tag("strong", title), f" residual {text} RMS{moved}"),
+        tag("figcaption", tag("strong", title), f" residual {text} RMS{changed}"),
         line_chart([measured, *predicted], unit, "torque", bands),
-        line_chart(left, unit, "residual", bands),
+        line_chart(residuals, unit, "residual", bands),
     )

@@ -1,0 +1,160 @@
+"""A session: several motions to record, so that a diagnosis can hold recordings out and compare speeds and loads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.dynamics.model import Model
+from physident.effects.payload import Payload
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.excitation.design import Design, Limits
+from physident.excitation.design_trajectory import check_counts, design_trajectory
+from physident.excitation.limits.joint_limits import joint_margins
+from physident.excitation.limits.workspace import CLEARANCE, Workspace
+from physident.excitation.motion.trajectory import Trajectory
+from physident.robots.robot import Robot
+
+SHORTEST = 15.0  # s of a recording: room for blocks of ten correlation lengths and for the filter's ends
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """One recording of a session: its ``name``, its motion and the ``speed`` as a share of the designed one.
+
+    ``loaded``: the arm carries the load. ``holdout``: nothing is fitted to this recording.
+    """
+
+    name: str
+    trajectory: Trajectory
+    speed: float
+    loaded: bool
+    holdout: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """The ``legs`` of a session in the order to record them, and the ``designs`` behind them."""
+
+    legs: tuple[Leg, ...]
+    designs: tuple[Design, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time in motion of all legs together [s]."""
+        return sum(leg.trajectory.duration for leg in self.legs)
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write each leg as NAME.json into an existing folder, and return the paths."""
+        paths = [Path(folder) / f"{leg.name}.json" for leg in self.legs]
+        for leg, path in zip(self.legs, paths, strict=True):
+            leg.trajectory.save(path)
+        return paths
+
+    def __repr__(self) -> str:
+        rows = [
+            f"Session: {len(self.legs)} recordings, {self.duration:.0f} s in motion",
+            "  name                       speed     load   duration [s]   for",
+        ]
+        rows += [
+            f"  {leg.name:<24} {100 * leg.speed:5.0f} %   {'yes' if leg.loaded else 'no':>6} {leg.trajectory.duration:14.1f}"
+            f"   {'holdout' if leg.holdout else 'fit'}"
+            for leg in self.legs
+        ]
+        fitted = sum(not leg.holdout for leg in self.legs)
+        return "\n".join(
+            [
+                *rows,
+                f"verdict: {fitted} recordings to fit, each left out once, and {len(self.legs) - fitted} held out",
+            ]
+        )
+
+
+def design_session(
+    source: Robot | Model | Estimate,
+    load: float | None = None,
+    motions: int = 2,
+    speeds: tuple[float, ...] = (1.0, 0.5),
+    seed: int = 0,
+    limits: Limits = "all",
+    base_frequency: float = 0.15,
+    table: float | None = 0.0,
+    clearance: float = CLEARANCE,
+    meshes: str | Path | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+    **settings: Any,
+) -> Session:
+    """Design several motions at two or more speeds, without and with a ``load`` [kg] at the tool, and one to hold out.
+
+    From four recordings on, a diagnosis leaves each recording out once. Two ``speeds`` (shares of the designed one) separate
+    the laws of friction, and a known load fixes the scale of the torques. Every leg lasts at least 15 s. The load is a point
+    mass at the tool, and loaded legs respect the torque limits with it. ``settings`` are passed to ``design_trajectory``.
+
+    Raises InputError for a load or speeds that cannot be used, fewer than two motions, and a loaded leg beyond a limit.
+    """
+    check_counts(motions=motions)
+    if motions < 2 or len(speeds) < 2 or not all(0 < s <= 1 for s in speeds) or len(set(speeds)) < len(speeds):
+        raise InputError(
+            f"motions is {motions} and speeds are {speeds}; expected two or more motions at two or more different speeds, above 0 and at most 1"
+        )
+    if load is not None and not (math.isfinite(load) and load > 0):
+        raise InputError(f"load is {load} kg, expected a positive mass, or None for no load")
+    count = motions + 1
+    designs = tuple(
+        design_trajectory(
+            source, limits=limits, base_frequency=base_frequency, seed=seed + k, table=table, clearance=clearance, meshes=meshes,
+            progress=lambda share, k=k: progress((k + share) / count), **settings,
+        )
+        for k in range(count)
+    )  # fmt: skip
+    legs = []
+    for loaded in (False,) if load is None else (False, True):
+        for speed in speeds:
+            for k, design in enumerate(designs[:-1]):
+                name = f"motion{k + 1}_{round(100 * speed)}percent{'_loaded' if loaded else ''}"
+                legs.append(_leg(name, design.trajectory, speed, loaded=loaded, holdout=False))
+    legs.append(_leg("holdout", designs[-1].trajectory, speeds[0], loaded=False, holdout=True))
+    if load is not None and limits == "all":
+        _check_loaded(source, load, legs, table, clearance, meshes)
+    return Session(tuple(legs), designs)
+
+
+def slowed(trajectory: Trajectory, speed: float) -> Trajectory:
+    """The same path at a share of the speed, over as many periods."""
+    return replace(trajectory, base_frequency=trajectory.base_frequency * speed, duration=trajectory.duration / speed)
+
+
+def _leg(name: str, trajectory: Trajectory, speed: float, *, loaded: bool, holdout: bool) -> Leg:
+    """The motion at a share of its speed, repeated until it is long enough."""
+    slow = slowed(trajectory, speed)
+    period = 1 / slow.base_frequency
+    repeated = replace(slow, duration=max(1, math.ceil(SHORTEST / period - 1e-9)) * period)
+    return Leg(name, repeated, speed, loaded, holdout)
+
+
+def _check_loaded(
+    source: Robot | Model | Estimate, load: float, legs: list[Leg], table: float | None, clearance: float, meshes: Any
+) -> None:
+    """Raises InputError where a loaded leg exceeds a limit."""
+    arm = (
+        source.model if isinstance(source, Estimate) else Model.nominal(source) if isinstance(source, Robot) else source
+    )
+    robot = arm.robot
+    x, y, z = robot.tool
+    body = load * np.array([1, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
+    heavy = Model(robot, (*arm.effects, Payload()), np.concatenate([arm.theta, body]))
+    workspace = Workspace.of(heavy, table, clearance, meshes)
+    for leg in legs:
+        if not leg.loaded:
+            continue
+        for margin in [*joint_margins(robot, leg.trajectory), *workspace.margins(leg.trajectory)]:
+            if not margin.margin > 0:
+                raise InputError(
+                    f"{leg.name}: with {load:g} kg the {margin.limit} of {margin.where} reaches {margin.reached:.4g} {margin.unit}, allowed is {margin.allowed:.4g}; expected a lighter load"
+                )

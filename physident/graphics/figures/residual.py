@@ -1,0 +1,78 @@
+"""Figures of the residuals of two models on the same recordings, before and after, one row a joint."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from physident.diagnosis.result.diagnosis import Diagnosis
+from physident.diagnosis.result.wording import REMAINS, headline
+from physident.graphics import style
+from physident.recordings.recording import Recording
+from physident.robots.robot import Robot
+from physident.validation.comparison import Pair, contact_bands, predict_pair, rms
+
+HEAD_WIDTH = 110  # characters
+LINES = (("before", style.RESIDUAL, 0.9), ("after", style.PREDICTED, 1.1))  # name, colour, width
+
+
+def torque_units(robot: Robot) -> tuple[str, ...]:
+    """The unit of each joint's torque: N m, or N where the joint slides."""
+    return tuple("N" if joint.kind == "prismatic" else "N m" for joint in robot.joints)
+
+
+def plot_residuals(
+    pair: Pair,
+    robot: Robot,
+    path: str | Path,
+    head: str = "",
+    bands: Sequence[tuple[float, float]] = (),
+    joints: Sequence[int] | None = None,
+) -> None:
+    """Draw the residual [N m|N] of one model or of two, before and after, over time in motion [s].
+
+    ``head`` is the title. ``bands`` (start, end) [s] on the time axis are shaded. ``joints`` (from 1) are drawn, all by
+    default. Raises InputError for a path without a known ending.
+    """
+    shown = list(joints or range(1, robot.n + 1))
+    fig, axes = style.figure(len(shown), sharex=True)
+    time = np.arange(len(pair.before.time)) / pair.before.rate
+    borders = time[np.flatnonzero(np.diff(pair.before.recording)) + 1]
+    units = torque_units(robot)
+    for axis, joint in zip(axes[:, 0], shown, strict=True):
+        j = joint - 1
+        for p, (label, colour, width) in zip(pair.both, LINES, strict=False):
+            axis.plot(time, (p.measured - p.predicted)[:, j], color=colour, label=label, linewidth=width)
+        for start, end in bands:
+            axis.axvspan(start, end, color="0.88", zorder=0)
+        for border in borders:
+            axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
+        axis.set_ylabel(f"residual [{units[j]}]")
+        sizes = [float(rms(p)[j]) for p in pair.both]
+        title = f"joint {joint}, {robot.joint_names[j]}: {_change(sizes, units[j])}"
+        axis.set_title(title, fontsize=9, loc="left", parse_math=False)
+    if head:
+        text = "\n".join(textwrap.wrap(head, HEAD_WIDTH))
+        fig.suptitle(text, fontsize=10, x=0.01, ha="left", fontweight="bold", parse_math=False)
+    axes[0, 0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, frameon=False)
+    axes[-1, 0].set_xlabel("time in motion [s]")
+    style.save(fig, path)
+
+
+def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Path) -> None:
+    """Draw the residual of recordings before and after a diagnosis, with the answer as title and contacts as bands."""
+    after = None if d.estimate is None else d.estimate.model
+    pair = predict_pair(d.model, after, recordings, d.filter, d.drive_gains)
+    bands = contact_bands(after, pair.before, recordings)
+    head = f"{headline(d.question, d.verdict, d.findings)} {REMAINS[d.verdict]}"
+    plot_residuals(pair, d.model.robot, path, head, bands)
+
+
+def _change(sizes: Sequence[float], unit: str) -> str:
+    if len(sizes) == 1:
+        return f"RMS {sizes[0]:.3g} {unit}"
+    percent = round(100 * (sizes[1] / sizes[0] - 1)) if sizes[0] > 0 else 0
+    return f"RMS {sizes[0]:.3g} to {sizes[1]:.3g} {unit} ({f'{percent:+d} %' if percent else 'unchanged'})"

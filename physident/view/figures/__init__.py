@@ -1,4 +1,0 @@
-"""Figures by matplotlib: recordings, designed motions and residuals, one function a figure.
-
-Colours and names come from ``view.style``. Start with ``residual``.
-"""
