@@ -62,8 +62,11 @@ SETTINGS: Any = {
 
 
 def effect_colour(name: str) -> str:
-    """The colour "#RRGGBB" of an effect by its name in the catalogue; raises KeyError for an unknown name."""
-    return EFFECTS[name]
+    """The colour "#RRGGBB" of an effect by its name in the catalogue, that of its family where it has none.
+
+    Raises KeyError for a name that the catalogue does not have.
+    """
+    return EFFECTS[name] if name in EFFECTS else FAMILIES[CATALOGUE[name].family]
 
 
 def figure(rows: int, columns: int = 1, size: tuple[float, float] = (9.0, 2.0), **options: Any) -> tuple[Any, Any]:
