@@ -81,6 +81,8 @@ def carry(distance: Array, reach: Array) -> tuple[Array, Array]:
     """
     keep = np.exp(-np.abs(distance) / reach)
     fed = (1 - keep) * reach * np.sign(distance)
-    later = np.asarray(np.cumprod(keep[..., ::-1, :], axis=-2), dtype=np.float64)[..., ::-1, :]  # of piece i and all after it
+    later = np.asarray(np.cumprod(keep[..., ::-1, :], axis=-2), dtype=np.float64)[
+        ..., ::-1, :
+    ]  # of piece i and all after it
     gain = fed[..., -1, :] + (fed[..., :-1, :] * later[..., 1:, :]).sum(axis=-2)
     return later[..., 0, :], gain
