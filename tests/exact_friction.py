@@ -35,6 +35,7 @@ class EstimatorsOwn(Smooth):
         return (1 - np.square(np.tanh(u / self.width))) / self.width
 
 
-def exact_arm() -> Arm:
-    """The ordinary arm, whose friction is exactly what `physident.identify` assumes."""
-    return replace(Arm(), friction=replace(Arm().friction, law=EstimatorsOwn()))
+def exact_arm(arm: Arm | None = None) -> Arm:
+    """An arm, by default the ordinary one, with friction that turns exactly as `physident.identify` assumes."""
+    arm = arm or Arm()
+    return replace(arm, friction=replace(arm.friction, law=EstimatorsOwn()))
