@@ -36,17 +36,18 @@ def asked(arm: Arm, time: Array, v: Array, acting: Array) -> Array:
 
 
 def reported(arm: Arm, time: Array, q: Array, v: Array, motor: Array, seen: Array | None = None) -> Array:
-    """Torque (N, n) [N m] as instruments report what the motors gave, free of noise: disturbances of the report first, then
-    delay, drive constant and offset. ``q``, ``v`` (N, n) as the joints truly moved; unknown (NaN) torques stay unknown, and
+    """Torque (N, n) [N m] as instruments report what the motors gave, free of noise: late, scaled, shifted, and at last
+    disturbed. ``q``, ``v`` (N, n) as the joints truly moved; unknown (NaN) torques stay unknown, and
     are meanwhile taken as those with which the report is as ``seen``."""
     reporting = [d for d in arm.disturbances if type(d).report is not Disturbance.report]
     delay = arm.drives.time_delay
     unknown = np.isnan(motor)
 
     def shown(torque: Array) -> Array:
+        torque = arm.drives.reported(_late(time, torque, delay))
         for disturbance in reporting:
             torque = disturbance.report(time, q, v, torque)
-        return arm.drives.reported(_late(time, torque, delay))
+        return torque
 
     if not unknown.any():
         return shown(motor)
