@@ -56,7 +56,7 @@ def test_the_model_remembers_columns_and_gains(data: Path, tmp_path: Path) -> No
     assert run(arguments) == 0
     assert run(["validate", "--model", model, runs[1]]) == 0
     kept = pid.load_estimate(model)
-    assert kept.columns == UR10E_COLUMNS
+    assert kept.layout == UR10E_COLUMNS
     assert kept.drive_gains == (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)
     assert kept.filter.cutoff == 4.0
 

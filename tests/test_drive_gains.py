@@ -157,7 +157,7 @@ def test_a_joint_the_known_mass_does_not_load_is_refused_and_named() -> None:
     found = pid.identify_drive_gains(robot, *groups, LOAD[0], effects=["rigid_body", "viscous_friction"])
     assert found.found.tolist() == [False, True]
     assert found.gains[1] == pytest.approx(5.0, rel=0.02)
-    assert "    1  cannot be found" in repr(found)
+    assert "    1  cannot be separated" in repr(found)
     assert found.as_dict()["gains_Nm_A"][0] is None
     json.dumps(found.as_dict(), allow_nan=False)
 
@@ -186,7 +186,7 @@ def test_what_cannot_be_used_is_refused(
         pid.identify_drive_gains(ur5, free, [], 4.0)
     with pytest.raises(pid.InputError, match="positive"):
         pid.identify_drive_gains(ur5, free, carried, 0.0)
-    with pytest.raises(pid.InputError, match="holds torques"):
+    with pytest.raises(pid.InputError, match="contains torques"):
         pid.identify_drive_gains(ur5, free, [replace(carried[0], effort_kind="torque")], 4.0)
     with pytest.raises(pid.InputError, match="both"):
         pid.identify_drive_gains(ur5, free, free, 4.0)

@@ -22,7 +22,7 @@ from physident.estimation.estimators import (
     estimator_from_options,
 )
 from physident.estimation.identify import estimate_from
-from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Filter, Signals
@@ -156,7 +156,7 @@ def test_physical_estimate_survives_a_file(truth: Model, noisy: Regressor, tmp_p
     np.testing.assert_array_equal(back.intervals(), estimate.intervals())
     text = repr(back)
     assert "verdict: physical" in text
-    assert "the data decided" in text
+    assert "the data determine" in text
 
 
 def test_base_parameters_do_not_depend_on_the_method(truth: Model) -> None:

@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 import physident as pid
 from physident.effects.contact import Contact
-from physident.validation.scores import predictions
+from physident.validation.predictions import predict
 from physident.view import style
 from physident.view.session.bands import contact_intervals
 from physident.view.session.content import Content
@@ -99,7 +99,7 @@ def test_torques_are_those_that_models_are_judged_on(
     entities: dict[str, dict[str, list[Any]]], estimates: dict[str, pid.Estimate], recordings: list[pid.Recording]
 ) -> None:
     for name, estimate in estimates.items():
-        p = predictions(estimate, recordings)
+        p = predict(estimate, recordings)
         starts = np.array([0.0, recordings[0].duration + 1.0])
         time = np.array(entities["/joints/3/torque/measured"]["time"])
         for j in range(6):

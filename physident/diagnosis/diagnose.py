@@ -12,7 +12,7 @@ from physident.diagnosis.problem.problem import Case
 from physident.diagnosis.problem.question import ask
 from physident.diagnosis.problem.requirements import check_holdout, refuse_seen
 from physident.diagnosis.result.assemble import findings
-from physident.diagnosis.result.extended_estimate import as_estimate, refit
+from physident.diagnosis.result.extended_estimate import refit
 from physident.diagnosis.result.findings import Diagnosis, Levels, Placebo, Unseen, Used, Verdict
 from physident.diagnosis.result.unexplained import Remainder, describe, incomplete
 from physident.diagnosis.search.candidate_scores import Look
@@ -24,12 +24,12 @@ from physident.diagnosis.statistics.intervals import certainty
 from physident.diagnosis.statistics.noise_floor import AT_FLOOR, noise_floor
 from physident.dynamics.model import Model
 from physident.errors import InputError
-from physident.estimation.estimate import Estimate
+from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
-from physident.validation.scores import compare, validate, with_gains
+from physident.validation.scores import compare, validate
 
 Array = NDArray[np.float64]
 SILENT = 1e-9  # N m a unit: rounding
@@ -63,8 +63,8 @@ def diagnose(
         )
     used = model.filter if isinstance(model, Estimate) else filter or Filter()
     gains = model.drive_gains if isinstance(model, Estimate) else shared_gains(recordings)
-    layout = model.columns if isinstance(model, Estimate) else columns
-    gained = [with_gains(recording, gains) for recording in recordings]
+    layout = model.layout if isinstance(model, Estimate) else columns
+    gained = [recording.with_default_drive_gains(gains) for recording in recordings]
     refuse_seen(model, recordings, holdout)
     arm = model.model if isinstance(model, Estimate) else model
     signals = prepare_all(arm.robot, gained, used)

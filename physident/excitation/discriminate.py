@@ -148,10 +148,10 @@ def least_magnitudes(
             baseline = Baseline.of(whole, 1 / (sigma * np.sqrt(memory)))
             samples = len(whole.time) * float(np.mean(1 / memory)) * n
             for option in rivals.on(name, joint):
-                judged = baseline.judge(build_regressor(model.robot, [option], [signals], filter, model=model))
+                judged = baseline.project(build_regressor(model.robot, [option], [signals], filter, model=model))
                 shape = tuple(float(v[0]) for s in option.shapes if (v := getattr(option, s.field)) is not None)
                 for k, column in enumerate(option.columns(model.robot)):
-                    inner, outside = float(judged.inner[k, k]), float(judged.outside[k, k])
+                    inner, outside = float(judged.gram[k, k]), float(judged.outside_gram[k, k])
                     size = _needed(outside, samples) if outside > 1e-9 * inner > 0 else float("inf")
                     result.append(Detectable(name, other, joint, column.name, column.unit, shape, size, float("nan")))
     return result

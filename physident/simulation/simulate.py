@@ -11,8 +11,8 @@ import numpy as np
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.excitation.motion.motion import Motion
-from physident.recordings.columns import Columns
 from physident.recordings.formats.table import Table
+from physident.recordings.layout import ColumnLayout
 from physident.recordings.recording import Recording
 from physident.recordings.rows import MIN_DURATION, recording_from_rows
 from physident.recordings.signals import Signals
@@ -63,10 +63,10 @@ class Simulation:
     def recording(self, table: Table) -> Recording:
         """The recording that the written table is, bad rows left out and named."""
         assert table.names is not None
-        columns = Columns.from_header(table.names, "simulation")
+        layout = ColumnLayout.from_header(table.names, "simulation")
         source = f"simulation of {self.model.robot.name}, seed {self.seed}"
-        recording = recording_from_rows(*columns.split(table.values), columns.effort_kind, source, table.rows)
-        if columns.effort_kind == "torque":
+        recording = recording_from_rows(layout.split(table.values), source, table.rows)
+        if layout.effort_kind == "torque":
             return recording
         return recording.with_drive_gains(self.sensors.gains(self.model.robot).tolist())
 

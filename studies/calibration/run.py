@@ -22,7 +22,7 @@ from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
-from physident.estimation.physical.decision import BY_DATA
+from physident.estimation.physical.information_shares import BY_DATA
 from physident.estimation.weighting import compress
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.recordings.signals import Filter, Signals

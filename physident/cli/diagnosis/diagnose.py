@@ -111,10 +111,9 @@ def _still(
 
 
 def _identified(path: Path, cutoff: float | None) -> Estimate:
-    from physident.estimation.estimate import load_estimate
-    from physident.validation.scores import with_cutoff
+    from physident.estimation.estimate_file import load_estimate
 
-    return with_cutoff(load_estimate(path), cutoff)
+    return load_estimate(path).with_cutoff(cutoff)
 
 
 def _described(source: str, effects: str | None) -> Model:

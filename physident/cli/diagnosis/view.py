@@ -35,7 +35,7 @@ def view(
 ) -> None:
     """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
     from physident.diagnosis.result.saved import read_contents
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.robots.robot import load_robot
     from physident.view.plan import plan_of
     from physident.view.session.content import compose
@@ -51,8 +51,8 @@ def view(
         check_session(out)
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
     said = read_contents(diagnosis) if diagnosis is not None else None
-    known = next(iter(models.values()), said)
-    layout = columns if columns is not None or known is None else known.columns
+    stored = next((model.layout for model in models.values()), None if said is None else said.columns)
+    layout = columns if columns is not None else stored
     loaded = read_recordings(paths, layout, drive_gains) if paths else []
     arm = load_robot(robot) if robot is not None else None
     content = replace(

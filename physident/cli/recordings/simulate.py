@@ -48,7 +48,7 @@ def simulate(
 
 def _arm(model: Path | None, robot: str | None) -> Model:
     from physident.dynamics.model import Model
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.robots.robot import load_robot
 
     if (model is None) == (robot is None):

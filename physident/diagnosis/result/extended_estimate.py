@@ -8,17 +8,16 @@ import numpy as np
 
 from physident.diagnosis.search.hypothesis import State
 from physident.diagnosis.statistics.intervals import Certainty
-from physident.dynamics.model import Model
-from physident.estimation.estimate import Estimate, Source
+from physident.estimation.estimate import Estimate, as_estimate
+from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import WLS
 from physident.estimation.identify import estimate_from, smallest_share
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.shapes import refreshed
+from physident.estimation.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
 
 
 def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Estimate:
@@ -26,9 +25,9 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
     diagnosis, the model's own moved within their covariance."""
     case, model = state.case, state.extension.model
     if case.question == "missing" and isinstance(case.start, Estimate) and not case.recording_offsets:
-        regressor = refreshed(model.robot, model.effects, case.signals, case.filter, model.theta)
+        regressor = settled_regressor(model.robot, model.effects, case.signals, case.filter, model.theta)
         return estimate_from(
-            model.robot, model.effects, regressor, recordings, case.start.estimator, case.filter, case.start.columns
+            model.robot, model.effects, regressor, recordings, case.start.estimator, case.filter, case.start.layout
         )
     base = find_base_parameters(model.robot, model.effects)
     covariance = base.grouping @ sure.covariance @ base.grouping.T
@@ -43,27 +42,27 @@ def refit(state: State, sure: Certainty, recordings: Sequence[Recording]) -> Est
     matrices = physical_cones(model.robot, model.effects).matrices
     eigenvalues = np.linalg.eigvalsh(state.fit.normal / _scale(state.fit.normal))
     certificate = Certificate(
-        _stationarity(state), float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))), int(decided.sum()), 1,
+        stationarity=_stationarity(state),
+        condition=float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))),
+        determined=int(decided.sum()),
+        iterations=1,
         eigenvalues=tuple(smallest_share(m.at(model.theta)) for m in matrices),
-    )  # fmt: skip
+    )
     return Estimate(
-        model, WLS(), covariance, np.linalg.norm(state.residual, axis=0) / np.sqrt(counted),
-        100 * np.linalg.norm(state.residual, axis=0) / np.where(size > 0, size, 1.0),
-        len(regressor.time) / correlation_rows(regressor, state.fit.residual), certificate, case.filter, (*before.sources, *sources), before.columns,
-        before.drive_gains, before.blocks, base_shares=tuple(float(d) for d in decided),
-    )  # fmt: skip
-
-
-def as_estimate(model: Estimate | Model, filter: Filter) -> Estimate:
-    """An estimate that says nothing is known of a model but its values; an estimate as it is."""
-    if isinstance(model, Estimate):
-        return model
-    r, n = find_base_parameters(model.robot, model.effects).r, model.robot.n
-    none = Certificate(0.0, 1.0, 0, 0)
-    return Estimate(
-        model, WLS(), np.zeros((r, r)), np.zeros(n), np.zeros(n), np.zeros(n), none, filter, (),
-        base_shares=(0.0,) * r,
-    )  # fmt: skip
+        model=model,
+        estimator=WLS(),
+        covariance=covariance,
+        sigma=np.linalg.norm(state.residual, axis=0) / np.sqrt(counted),
+        relative=100 * np.linalg.norm(state.residual, axis=0) / np.where(size > 0, size, 1.0),
+        effective_samples=len(regressor.time) / correlation_rows(regressor, state.fit.residual),
+        certificate=certificate,
+        filter=case.filter,
+        sources=(*before.sources, *sources),
+        layout=before.layout,
+        drive_gains=before.drive_gains,
+        blocks=before.blocks,
+        base_shares=tuple(float(d) for d in decided),
+    )
 
 
 def _scale(H: np.ndarray) -> np.ndarray:

@@ -12,15 +12,16 @@ import numpy as np
 
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import SCHEMA, Diagnosis, Finding, Levels, Placebo, Unseen, Used, Verdict
-from physident.diagnosis.result.typed import typed
 from physident.diagnosis.result.unexplained import Remainder
 from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.errors import InputError
 from physident.files import naming, read_json
+from physident.json_records import RecordReader
 from physident.recordings.signals import Filter
 
 MAX_BYTES = 200_000_000  # of a diagnosis file
+READER = RecordReader("diagnose again")
 EXPECTED = "a diagnosis of motions that physident diagnose --json wrote"
 
 
@@ -83,24 +84,24 @@ def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Cont
     contents = Contents(
         path=path,
         sha256=sha256,
-        question=typed(Question, data["question"], "question"),
-        verdict=typed(Verdict, data["verdict"], "verdict"),
-        findings=typed(tuple[Finding, ...], data["findings"], "findings"),
+        question=READER.read(Question, data["question"], "question"),
+        verdict=READER.read(Verdict, data["verdict"], "verdict"),
+        findings=READER.read(tuple[Finding, ...], data["findings"], "findings"),
         before=_levels(score["before"], "score.before"),
         after=_levels(score["after"], "score.after"),
-        scored_on=typed(str, score["on"], "score.on"),
-        noise_floor=typed(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor"),
-        placebos=typed(tuple[Placebo, ...], data["placebos"], "placebos"),
-        unseen=typed(tuple[Unseen, ...], data["unseen"], "unseen"),
-        remainder=typed(tuple[Remainder, ...], data["unexplained"], "unexplained"),
-        recordings=typed(tuple[Used, ...], data["recordings"], "recordings"),
+        scored_on=READER.read(str, score["on"], "score.on"),
+        noise_floor=READER.read(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor"),
+        placebos=READER.read(tuple[Placebo, ...], data["placebos"], "placebos"),
+        unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
+        remainder=READER.read(tuple[Remainder, ...], data["unexplained"], "unexplained"),
+        recordings=READER.read(tuple[Used, ...], data["recordings"], "recordings"),
         filter=Filter(**data["filter"]),
-        columns=typed(str | None, data["columns"], "columns"),
-        drive_gains=typed(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
-        held=typed(tuple[str, ...], data["held"], "held"),
-        incomplete=typed(tuple[int, ...], data["incomplete"], "incomplete"),
-        seed=typed(int, data["seed"], "seed"),
-        recording_offsets=typed(bool, data["recording_offsets"], "recording_offsets"),
+        columns=READER.read(str | None, data["columns"], "columns"),
+        drive_gains=READER.read(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
+        held=READER.read(tuple[str, ...], data["held"], "held"),
+        incomplete=READER.read(tuple[int, ...], data["incomplete"], "incomplete"),
+        seed=READER.read(int, data["seed"], "seed"),
+        recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )
@@ -109,7 +110,7 @@ def _parsed(data: dict[str, Any], path: Path | None, sha256: str | None) -> Cont
 
 
 def _levels(data: dict[str, Any], where: str) -> Levels:
-    values = (typed(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
+    values = (READER.read(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
     return Levels(*(np.array(v) for v in values))
 
 

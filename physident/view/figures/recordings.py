@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from physident.recordings.recording import Recording
-from physident.validation.scores import Predictions
+from physident.validation.predictions import Predictions
 from physident.view import style
 
 
