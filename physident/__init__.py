@@ -70,7 +70,7 @@ _PUBLIC = {
     "Payload": "estimation.payload.payload",
     "identify_payload": "estimation.payload.identify_payload",
     "Robot": "robots.robot",
-    "load_robot": "robots.robot",
+    "load_robot": "robots.load",
     "Sensors": "simulation.sensors",
     "simulate": "simulation.simulate",
     "Filter": "recordings.signals",
@@ -122,7 +122,8 @@ if TYPE_CHECKING:
     from physident.recordings.recording import Recording
     from physident.recordings.signals import Filter, Signals
     from physident.report.page import write_report
-    from physident.robots.robot import Robot, load_robot
+    from physident.robots.load import load_robot
+    from physident.robots.robot import Robot
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate

@@ -177,7 +177,7 @@ def test_base_parameters_do_not_depend_on_the_method(truth: Model) -> None:
         (lambda: estimator_from_options("wls", "none", None, "squares", None), "belong to --method physical"),
         (lambda: estimator_from_options("physical", "flat", None, "squares", None), "prior 'flat' is unknown"),
         (lambda: estimator_from_options("physical", "entropic", "much", "squares", None), "--prior-weight is 'much'"),
-        (lambda: Bound("m_3", 2.0, 1.0), "bounds of m_3 contradict"),
+        (lambda: Bound("m_3", 2.0, 1.0), "bounds of m_3 are 2.0 and 1.0"),
         (lambda: Box(2, (0, 0, 0), (1, -1, 1)), "along y is empty"),
         (lambda: Ellipsoid(2, (0, 0, 0), (1, 0, 1)), "semi_axes"),
     ],

@@ -23,7 +23,9 @@ def test_model_file_is_saved_as_it_was_read(model: pid.Estimate, tmp_path: Path)
     model.save(tmp_path / "again.json")
     again, original = (json.loads(path.read_text()) for path in (tmp_path / "again.json", FILES / "model.json"))
     derived = ("violations", "base_parameters")  # computed from the others
-    assert {k: v for k, v in again.items() if k not in derived} == {k: v for k, v in original.items() if k not in derived}
+    assert {k: v for k, v in again.items() if k not in derived} == {
+        k: v for k, v in original.items() if k not in derived
+    }
     for new, old in zip(again["base_parameters"], original["base_parameters"], strict=True):
         assert new["value"] == pytest.approx(old["value"], abs=1e-9)
 

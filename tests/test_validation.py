@@ -41,7 +41,7 @@ def test_mean_over_recordings_not_over_samples(ur5: pid.Robot, estimate: pid.Est
 def test_fitted_recordings_are_refused_even_renamed(ur5: pid.Robot, estimate: pid.Estimate) -> None:
     again = _recording(ur5, 1, 0.3)
     renamed = pid.Recording(again.time, again.q, again.effort, "torque", again.dq, source="other name")
-    with pytest.raises(pid.InputError, match="was fitted by this model"):
+    with pytest.raises(pid.InputError, match="training recording of this model"):
         pid.validate(estimate, [renamed])
     assert pid.validate(estimate, [renamed], include_fitted=True).rms.shape == (6,)
 

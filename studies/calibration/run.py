@@ -27,7 +27,7 @@ from physident.estimation.weighting import compress
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import link_parameters, pseudo_inertia
-from physident.robots.robot import load_robot
+from physident.robots.load import load_robot
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep

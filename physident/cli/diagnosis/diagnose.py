@@ -119,7 +119,7 @@ def _identified(path: Path, cutoff: float | None) -> Estimate:
 def _described(source: str, effects: str | None) -> Model:
     """What a simulation of a robot's description computes: rigid links, and the effects that it names besides."""
     from physident.dynamics.model import Model
-    from physident.robots.robot import load_robot
+    from physident.robots.load import load_robot
 
     named = names_of(effects or "")
     if effects is not None and not named:

@@ -36,7 +36,7 @@ def view(
     """Show recordings, models, a diagnosis, a plan: in the viewer, or --out session.rrd; in a browser with --web."""
     from physident.diagnosis.result.saved import read_contents
     from physident.estimation.estimate_file import load_estimate
-    from physident.robots.robot import load_robot
+    from physident.robots.load import load_robot
     from physident.view.plan import plan_of
     from physident.view.session.content import compose
     from physident.view.session.session import check_session, show, write_session
