@@ -7,13 +7,13 @@ its URDF frame is on the axis of its joint. The two differ by the constant Tz(d)
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+import pinocchio
+import pinocchio.utils
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -98,17 +98,13 @@ def _along(start: Array, end: Array) -> tuple[Array, float]:
     """Placement (4, 4) halfway between two points with z along them, and their distance [m]."""
     length = float(np.linalg.norm(end - start))
     z = (end - start) / length
-    other = np.eye(3)[np.argmin(np.abs(z))]
     placement = _translation(*((start + end) / 2))
-    # z is met exactly (infinite weight), the turn about it is arbitrary
-    placement[:3, :3] = Rotation.align_vectors([z, other], np.eye(3)[[2, 0]], weights=[np.inf, 1.0])[0].as_matrix()
+    placement[:3, :3] = pinocchio.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), z).matrix()
     return placement, length
 
 
 def _origin(placement: Array) -> str:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # at a pitch of 90 degrees only the sum of roll and yaw matters
-        rpy = Rotation.from_matrix(placement[:3, :3]).as_euler("xyz")
+    rpy = pinocchio.rpy.matrixToRpy(placement[:3, :3])
     numbers = [" ".join(repr(float(x) + 0.0) for x in triple) for triple in (placement[:3, 3], rpy)]
     return f'<origin xyz="{numbers[0]}" rpy="{numbers[1]}"/>'
 
@@ -121,5 +117,5 @@ def _translation(x: float, y: float, z: float) -> Array:
 
 def _rotation(axis: str, degrees: float) -> Array:
     T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
+    T[:3, :3] = pinocchio.utils.rotate(axis, math.radians(degrees))
     return T
