@@ -109,7 +109,7 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
 def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
     """A random motion (count samples at 20 Hz) inside the robot's position limits, one turn either way at most.
 
-    Five sines a joint of random frequency and phase: generic enough that what it does not show, no motion shows.
+    Five sines a joint of random frequency and phase: generic, so that a parameter it does not show is shown by no motion.
     """
     rng = np.random.default_rng(seed)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
@@ -142,7 +142,7 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
         if size[i] <= ZERO * largest[columns[i].effect]:
             continue
         rest = R[:, i] / size[i]
-        for _ in range(2):  # the second pass removes what rounding left of the first
+        for _ in range(2):  # the second pass removes the rounding errors of the first
             rest = rest - basis @ (basis.T @ rest)
         shares[i] = np.linalg.norm(rest)
         if shares[i] > TOLERANCE:

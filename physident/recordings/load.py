@@ -24,7 +24,7 @@ def load_recordings(
 
     ``columns`` declares the layout of files without the canonical header, as in
     ``"time=0,q=1:7,dq=7:13,current=13:19"`` (zero-based, half-open). ``drive_gains`` (n,) [N m/A] turn currents into
-    joint torques. Raises InputError, naming the file, for what cannot be a recording.
+    joint torques. Raises InputError, naming the file, for a file that is not a recording.
     """
     patterns = [paths] if isinstance(paths, str | Path) else list(paths)
     return [load_recording(file, columns, drive_gains) for file in find_recordings(patterns)]

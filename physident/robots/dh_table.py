@@ -44,10 +44,10 @@ def parse_table(text: str, source: str) -> dict[str, Any]:
     names = [joint.get("name", f"joint_{number}") for number, joint in enumerate(joints, 1)]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{source}: joint name {twice[0]!r} is given twice, expected each once")
-    bare = [number for number, joint in enumerate(joints, 1) if "drive" not in joint]
-    if 0 < len(bare) < len(joints):
+    without_drive = [number for number, joint in enumerate(joints, 1) if "drive" not in joint]
+    if 0 < len(without_drive) < len(joints):
         raise InputError(
-            f"{source}: joint {bare[0]} has no drive but other joints have one; expected a drive for each joint or none"
+            f"{source}: joint {without_drive[0]} has no drive but other joints have one; expected a drive for each joint or none"
         )
     return table
 

@@ -48,7 +48,7 @@ class Predictions:
 
 
 def predict(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
-    """The predictions of a model for recordings, through the model's own filter.
+    """The predictions of a model for recordings, through the model's filter.
 
     Currents without drive gains take those of the model. Raises InputError for recordings that do not fit the robot,
     and for one that moves for less time than the filter lasts.

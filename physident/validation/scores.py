@@ -96,7 +96,7 @@ class Gain:
 
 
 def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted: bool = False) -> Score:
-    """Score of a model on recordings, with the model's own filter; raises InputError for recordings it was fitted to.
+    """Score of a model on recordings, with the model's filter; raises InputError for recordings it was fitted to.
 
     Currents without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
     """

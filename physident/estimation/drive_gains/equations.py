@@ -173,7 +173,7 @@ class GainEquations:
         return self._with_noise(GainSolution(x, gains, np.ones(len(gains)), self._load(x), total=False))
 
     def _start(self) -> GainSolution:
-        """All gains alike, such that the load comes out at its known mass."""
+        """One gain for all joints, such that the load has its known mass."""
         n = len(self.joints)
         rows, target = [], []
         for joint in self.joints:

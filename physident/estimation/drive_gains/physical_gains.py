@@ -22,7 +22,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 MAX_ITERATIONS = 50
-SETTLED = 1e-5  # largest change of a gain's logarithm: what the solver's own accuracy allows
+SETTLED = 1e-5  # largest change of a gain's logarithm, limited by the solver's accuracy
 
 
 def solve_on_cones(

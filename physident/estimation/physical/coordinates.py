@@ -31,7 +31,7 @@ MARGIN_LINKS = 1e-6  # smallest eigenvalue of X: a link is never exactly a point
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """theta = T u; ``nominal`` (p,) in coordinates u, where ``links`` says which ten are a link's X."""
+    """theta = T u; ``nominal`` (p,) in coordinates u; ``links``: number of each link and its ten coordinates."""
 
     T: Array
     nominal: Array

@@ -47,7 +47,7 @@ def _shape(path: Path, archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
             raise ValueError(f"{name!r} is of array format {version}, which is not known")
         shape, _, dtype = header(stream)
     if dtype.kind not in "fiu":
-        raise InputError(f"{path}: {name!r} holds {dtype}, expected plain arrays of real numbers")
+        raise InputError(f"{path}: {name!r} contains {dtype}, expected plain arrays of real numbers")
     return shape
 
 
