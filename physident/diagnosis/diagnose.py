@@ -76,7 +76,7 @@ def diagnose(
     sure = certainty(state)
     currents = any(recording.effort_kind == "current" for recording in recordings)
     named = findings(state, [examine(last, accepted) for accepted in state.accepted], sure, currents)
-    extended = replace(refit(state, sure, gained), columns=layout, drive_gains=gains) if named else None
+    extended = replace(refit(state, sure, gained), layout=layout, drive_gains=gains) if named else None
     remainder, floor = describe(state), noise_floor(case.regressor, case.signals, state.torque)
     before, after = _levels(case, found.first.state, state, model, extended, holdout)
     return Diagnosis(

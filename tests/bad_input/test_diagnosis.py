@@ -98,7 +98,7 @@ CASES: dict[str, tuple[list[str], str]] = {
     "one pose twice": ([*ROBOT, "still.csv", "still_again.csv"], "same samples as still.csv"),
     "holdout diagnosed": ([*MODEL, "new.csv", "--holdout", "again.csv"], "fitted or diagnosed already"),
     "holdout of other joints": ([*MODEL, "new.csv", "--holdout", "three.csv"], "3 joints, but robot ur5 has 6"),
-    "holdout too short": ([*MODEL, "new.csv", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*(shorter|nothing left)"),
+    "holdout too short": ([*MODEL, "new.csv", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*(shorter|no rows are left)"),
     "one holdout of two too short": (
         [*ROBOT, "new.csv", "--holdout", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*shorter than the filter"
     ),

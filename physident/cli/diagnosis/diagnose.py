@@ -70,7 +70,7 @@ def diagnose(
     check_outputs([*recordings, *held, model, robot], json_out, out, plot=plot)
     start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
     nominal = model is None
-    layout = columns if nominal or columns is not None else getattr(start, "columns", None)
+    layout = columns if nominal or columns is not None else getattr(start, "layout", None)
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(held, layout, drive_gains) if held else []
     if standing(loaded):
