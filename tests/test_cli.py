@@ -43,7 +43,7 @@ def test_identify_then_validate(ur5: pid.Robot, tmp_path: Path, capsys: pytest.C
     assert run(["validate", "--model", str(model), str(train)]) == 2
     out = capsys.readouterr()
     assert out.err.count("\n") == 1
-    assert "was fitted" in out.err
+    assert "is a training recording" in out.err
     assert out.out == ""
     assert run(["compare", "--model", str(model), "--model", str(model), "--on", str(test)]) == 0
 
