@@ -34,11 +34,11 @@ _PUBLIC = {
     "NoPrior": "estimation.physical.prior",
     "NominalDistance": "estimation.physical.prior",
     "Entropic": "estimation.physical.prior",
-    "Bound": "estimation.physical.knowledge",
-    "Box": "estimation.physical.knowledge",
-    "Ellipsoid": "estimation.physical.knowledge",
+    "Bound": "estimation.physical.bounds",
+    "Box": "estimation.physical.bounds",
+    "Ellipsoid": "estimation.physical.bounds",
     "Estimate": "estimation.estimate",
-    "load_estimate": "estimation.estimate",
+    "load_estimate": "estimation.estimate_file",
     "DriveGains": "estimation.drive_gains.drive_gains",
     "identify_drive_gains": "estimation.drive_gains.drive_gains",
     "identify": "estimation.identify",
@@ -68,15 +68,15 @@ _PUBLIC = {
     "write_report": "report.page",
     "Regressor": "dynamics.regressor",
     "build_regressor": "dynamics.regressor",
-    "Payload": "estimation.payload",
-    "identify_payload": "estimation.payload",
+    "Payload": "estimation.payload.payload",
+    "identify_payload": "estimation.payload.identify_payload",
     "Robot": "robots.robot",
-    "load_robot": "robots.robot",
+    "load_robot": "robots.load",
     "Sensors": "simulation.sensors",
     "simulate": "simulation.simulate",
     "Filter": "recordings.signals",
     "Signals": "recordings.signals",
-    "prepare": "recordings.signals",
+    "prepare": "recordings.preparation",
     "Gain": "validation.scores",
     "Score": "validation.scores",
     "compare": "validation.scores",
@@ -99,11 +99,13 @@ if TYPE_CHECKING:
     from physident.effects.effect import Column, Cone, Effect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
     from physident.estimation.drive_gains.drive_gains import DriveGains, identify_drive_gains
-    from physident.estimation.estimate import Estimate, load_estimate
+    from physident.estimation.estimate import Estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.estimation.estimators import OLS, WLS, Physical, Robust
     from physident.estimation.identify import identify
-    from physident.estimation.payload import Payload, identify_payload
-    from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+    from physident.estimation.payload.identify_payload import identify_payload
+    from physident.estimation.payload.payload import Payload
+    from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
     from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
     from physident.excitation.design import Design
     from physident.excitation.design_discriminating import design_discriminating
@@ -121,10 +123,12 @@ if TYPE_CHECKING:
     from physident.identifiability.visibility import Visibility, measure_visibility
     from physident.recordings.inspection import Inspection, inspect_recording
     from physident.recordings.load import load_recording, load_recordings
+    from physident.recordings.preparation import prepare
     from physident.recordings.recording import Recording
-    from physident.recordings.signals import Filter, Signals, prepare
+    from physident.recordings.signals import Filter, Signals
     from physident.report.page import write_report
-    from physident.robots.robot import Robot, load_robot
+    from physident.robots.load import load_robot
+    from physident.robots.robot import Robot
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate

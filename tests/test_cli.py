@@ -43,7 +43,7 @@ def test_identify_then_validate(ur5: pid.Robot, tmp_path: Path, capsys: pytest.C
     assert run(["validate", "--model", str(model), str(train)]) == 2
     out = capsys.readouterr()
     assert out.err.count("\n") == 1
-    assert "was fitted" in out.err
+    assert "is a training recording" in out.err
     assert out.out == ""
     assert run(["compare", "--model", str(model), "--model", str(model), "--on", str(test)]) == 0
 
@@ -56,7 +56,7 @@ def test_the_model_remembers_columns_and_gains(data: Path, tmp_path: Path) -> No
     assert run(arguments) == 0
     assert run(["validate", "--model", model, runs[1]]) == 0
     kept = pid.load_estimate(model)
-    assert kept.columns == UR10E_COLUMNS
+    assert kept.layout == UR10E_COLUMNS
     assert kept.drive_gains == (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)
     assert kept.filter.cutoff == 4.0
 

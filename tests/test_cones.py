@@ -18,7 +18,7 @@ def test_a_tool_taken_off_is_physical_while_the_link_stays_a_body(ur5: pid.Robot
     last = pin.Inertia.FromDynamicParameters(ur5.link(6))
     half = pin.Inertia(last.mass / 2, last.lever, last.inertia / 2).toDynamicParameters()
     assert cones.broken(np.concatenate([ur5.nominal, -half])) == []
-    assert cones.broken(np.concatenate([ur5.nominal, -3 * half])) == ["link 6 is no rigid body"]
+    assert cones.broken(np.concatenate([ur5.nominal, -3 * half])) == ["link 6 is not a rigid body"]
 
 
 def test_the_physical_estimate_of_a_loaded_arm_is_a_body_in_sum(ur5: pid.Robot) -> None:

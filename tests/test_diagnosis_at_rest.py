@@ -79,7 +79,7 @@ def test_friction_that_grows_with_load_holds_more(model: pid.Model, ur5: pid.Rob
 
 def test_an_uncertain_model_is_contradicted_later(model: pid.Model, ur5: pid.Robot, tmp_path: Path) -> None:
     """The same torque, one friction and a half from gravity, leaves the band of a known model alone."""
-    from physident.diagnosis.result.extended_estimate import as_estimate
+    from physident.estimation.estimate import as_estimate
 
     recording = pose(tmp_path, "pose.csv", gravity(ur5, Q) + 1.5 * np.array([0, 1, 0, 0, 0, 0]) * DRY)
     known = as_estimate(model, pid.Filter())
@@ -91,7 +91,7 @@ def test_an_uncertain_model_is_contradicted_later(model: pid.Model, ur5: pid.Rob
 def test_the_command_line_takes_poses_as_they_are(
     model: pid.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from physident.diagnosis.result.extended_estimate import as_estimate
+    from physident.estimation.estimate import as_estimate
 
     as_estimate(model, pid.Filter()).save(tmp_path / "model.json")
     recording = pose(tmp_path, "pose.csv", gravity(model.robot, Q) + 0.5 * DRY)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.problem.row_noise import velocity_noise
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, contradiction
@@ -18,6 +17,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.identifiability.visibility import VISIBLE
+from physident.recordings.velocity_noise import velocity_noise
 from tests.opened import opened
 from tests.plant import Arm, Sensors
 

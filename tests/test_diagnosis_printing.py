@@ -23,7 +23,7 @@ def diagnosis(ur5: pid.Robot) -> pid.Diagnosis:
     return pid.Diagnosis(
         question="missing", verdict="nothing_missing", findings=(), before=levels, after=levels, scored_on="left-out rows",
         noise_floor=None, placebos=(), unseen=tuple(unseen), unexplained=(), recordings=(), model=pid.Model.nominal(ur5),
-        extended=None, estimate=None, filter=pid.Filter(), columns=None, drive_gains=None, unidentified=(), seed=0,
+        extended=None, estimate=None, filter=pid.Filter(), layout=None, drive_gains=None, unidentified=(), seed=0,
         incomplete=(), recording_offsets=False,
     )  # fmt: skip
 

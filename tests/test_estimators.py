@@ -22,7 +22,7 @@ from physident.estimation.estimators import (
     estimator_from_options,
 )
 from physident.estimation.identify import estimate_from
-from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Filter, Signals
@@ -156,7 +156,7 @@ def test_physical_estimate_survives_a_file(truth: Model, noisy: Regressor, tmp_p
     np.testing.assert_array_equal(back.intervals(), estimate.intervals())
     text = repr(back)
     assert "verdict: physical" in text
-    assert "the data decided" in text
+    assert "the data determine" in text
 
 
 def test_base_parameters_do_not_depend_on_the_method(truth: Model) -> None:
@@ -177,7 +177,7 @@ def test_base_parameters_do_not_depend_on_the_method(truth: Model) -> None:
         (lambda: estimator_from_options("wls", "none", None, "squares", None), "belong to --method physical"),
         (lambda: estimator_from_options("physical", "flat", None, "squares", None), "prior 'flat' is unknown"),
         (lambda: estimator_from_options("physical", "entropic", "much", "squares", None), "--prior-weight is 'much'"),
-        (lambda: Bound("m_3", 2.0, 1.0), "bounds of m_3 contradict"),
+        (lambda: Bound("m_3", 2.0, 1.0), "bounds of m_3 are 2.0 and 1.0"),
         (lambda: Box(2, (0, 0, 0), (1, -1, 1)), "along y is empty"),
         (lambda: Ellipsoid(2, (0, 0, 0), (1, 0, 1)), "semi_axes"),
     ],

@@ -19,6 +19,7 @@ from tests.conftest import ROOT
 FLOORS = (
     "errors",
     "files",
+    "json_records",
     "robots",
     "recordings",
     "dynamics.vectorised",

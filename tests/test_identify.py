@@ -11,6 +11,7 @@ import pytest
 import physident as pid
 from physident.effects.friction import CoulombFriction, ViscousFriction
 from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.recordings.layout import Channels
 from physident.recordings.rows import recording_from_rows
 from tests.conftest import UR5_GAINS
 from tests.robots import TREE
@@ -27,7 +28,7 @@ def _recording(robot: pid.Robot, seed: int, noise: float = 0.0) -> pid.Recording
     torque = np.array([pin.rnea(robot.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
     torque += COULOMB * np.tanh(v / 0.01) + VISCOUS * v
     torque += noise * np.random.default_rng(seed).normal(size=torque.shape)
-    return recording_from_rows(time, q, v, torque, None, "torque", f"made {seed}")
+    return recording_from_rows(Channels(time=time, q=q, effort=torque, effort_kind="torque", dq=v), f"made {seed}")
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,9 @@ def test_weights_pay_where_joints_differ(ur5: pid.Robot) -> None:
     """With noise on joint 2 alone, weighting keeps it out of the wrist's parameters."""
     clean = _recording(ur5, 4)
     noisy = clean.effort + np.array([0, 60.0, 0, 0, 0, 0]) * np.random.default_rng(0).normal(size=clean.effort.shape)
-    run = recording_from_rows(clean.time, clean.q, clean.dq, noisy, None, "torque", "noisy joint 2")
+    run = recording_from_rows(
+        Channels(time=clean.time, q=clean.q, effort=noisy, effort_kind="torque", dq=clean.dq), "noisy joint 2"
+    )
     errors = {}
     for method in ("wls", "ols"):
         found = pid.identify(ur5, [run], method=method).model.parameters("viscous_friction")
@@ -109,7 +112,9 @@ def test_a_joint_that_never_moves_is_named(ur5: pid.Robot) -> None:
     run = _recording(ur5, 5)
     q, v = run.q.copy(), np.array(run.dq)
     q[:, 5], v[:, 5] = 0.3, 0.0
-    still = recording_from_rows(run.time, q, v, run.effort, None, "torque", "joint 6 still")
+    still = recording_from_rows(
+        Channels(time=run.time, q=q, effort=run.effort, effort_kind="torque", dq=v), "joint 6 still"
+    )
     with pytest.raises(pid.InputError, match=r"joint 6.*record a motion of joint 6"):
         pid.identify(ur5, [still])
     moving = tuple(range(1, 6))
@@ -144,7 +149,9 @@ def test_bad_calls_are_refused(ur5: pid.Robot, runs: list[pid.Recording]) -> Non
     with pytest.raises(pid.InputError, match="no recordings"):
         pid.identify(ur5, [])
     still = np.zeros((1000, 6))
-    standing = recording_from_rows(np.arange(1000) / RATE, still, still, still + 1, None, "torque", "pose")
+    standing = recording_from_rows(
+        Channels(time=np.arange(1000) / RATE, q=still, effort=still + 1, effort_kind="torque", dq=still), "pose"
+    )
     with pytest.raises(pid.InputError, match="no joint moves"):
         pid.identify(ur5, [standing])
 
@@ -166,8 +173,15 @@ def test_order_of_joints_does_not_matter(method: str) -> None:
     torque += [3.0, 0.5, 0.7, 0.2] * np.tanh(v / 0.01)
     torque += 0.05 * np.random.default_rng(0).normal(size=torque.shape)
     effects = ["rigid_body", "coulomb_friction"]
-    first = pid.identify(one, [recording_from_rows(time, q, v, torque, None, "torque", "a")], effects, method)
-    swapped = recording_from_rows(time, q[:, order], v[:, order], torque[:, order], None, "torque", "b")
+    first = pid.identify(
+        one,
+        [recording_from_rows(Channels(time=time, q=q, effort=torque, effort_kind="torque", dq=v), "a")],
+        effects,
+        method,
+    )
+    swapped = recording_from_rows(
+        Channels(time=time, q=q[:, order], effort=torque[:, order], effort_kind="torque", dq=v[:, order]), "b"
+    )
     second = pid.identify(two, [swapped], effects, method)
     np.testing.assert_allclose(second.sigma, first.sigma[order], rtol=1e-5)
     found = second.model.parameters("coulomb_friction")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import physident as pid
+from physident.recordings.layout import Channels
 from physident.recordings.rows import recording_from_rows
 from tests.test_identify import _recording
 
@@ -18,7 +19,9 @@ def test_facts_of_a_made_recording() -> None:
     q = np.where(moving, 1 - np.cos(phase), 0.0)[:, None] * [1.0, 0.5]
     dq = np.where(moving, 2 * np.pi * 0.4 * np.sin(phase - 2 * np.pi * 0.4 * delay), 0.0)[:, None] * [1.0, 0.5]
     effort = q + 0.01 * rng.normal(size=q.shape)
-    seen = pid.inspect_recording(recording_from_rows(time, q, dq, effort, None, "current", "made"))
+    seen = pid.inspect_recording(
+        recording_from_rows(Channels(time=time, q=q, effort=effort, effort_kind="current", dq=dq), "made")
+    )
     assert abs(seen.rate - 125) < 2
     assert abs(seen.jitter - 0.0004) < 5e-5
     np.testing.assert_allclose(seen.velocity_delay, delay, atol=1.5e-3)

@@ -104,7 +104,7 @@ def test_recordings_that_cannot_show_a_load_are_refused(
     with pytest.raises(pid.InputError, match="no recordings"):
         pid.identify_payload(estimate, [])
     fitted = replace(estimate, sources=(replace(estimate.sources[0], sha256=loaded.sha256),))
-    with pytest.raises(pid.InputError, match="fitted to it"):
+    with pytest.raises(pid.InputError, match="training recording"):
         pid.identify_payload(fitted, [loaded])
     plan = pid.random_trajectory(ur5, seed=6, duration=20.0)
     one = replace(plan, a=plan.a * np.eye(6)[:, :1], b=plan.b * np.eye(6)[:, :1])  # joint 1 alone, upright: Izz only

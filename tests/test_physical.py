@@ -18,12 +18,13 @@ from physident.effects.friction import NonlinearViscousFriction
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import OLS, WLS, Physical
 from physident.estimation.identify import estimate_from
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid, volume_rows
 from physident.estimation.physical.certificate import Multipliers, check_optimality
 from physident.estimation.physical.cones import Cones, physical_cones
 from physident.estimation.physical.coordinates import SQUARES, TRACES, UNITS, Coordinates
-from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid, shape_rows
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior, Prior, solid_link
-from physident.estimation.physical.program import Program
+from physident.estimation.physical.problem import PhysicalProblem
+from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
 from physident.estimation.weighting import Compressed
 from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, link_parameters, pseudo_inertia
@@ -35,17 +36,24 @@ BODY = np.array([3.0, 0.1, -0.2, 0.3, 0.2, 0.01, 0.25, -0.02, 0.03, 0.22])
 
 
 def no_cones(p: int) -> Cones:
-    return Cones(np.zeros((0, p)), np.zeros(0), (), np.zeros((0, p)), np.zeros(0), ())
+    return Cones(
+        rows=np.zeros((0, p)),
+        offsets=np.zeros(0),
+        matrices=(),
+        equal=np.zeros((0, p)),
+        targets=np.zeros(0),
+        labels=(),
+    )
 
 
-def link_problem(prior: Prior, measured: np.ndarray) -> tuple[Program, Coordinates]:
+def link_problem(prior: Prior, measured: np.ndarray) -> tuple[SemidefiniteProgram, Coordinates]:
     """A program over one link whose data are |measured u - z|^2 / 2 in coordinates u of X."""
     coordinates = Coordinates.around(BODY, LINK)
     cone = replace(physical_cones(pid.load_robot("ur5"), make_effects(["rigid_body"])).matrices[0], link=1)
     one = replace(cone, map=cone.map[:, :, :10])
     cones = replace(no_cones(10), matrices=(one,))
     K = np.asarray(measured @ np.linalg.inv(coordinates.T), dtype=np.float64)
-    return Program(K, coordinates, cones, prior), coordinates
+    return SemidefiniteProgram(PhysicalProblem(K, coordinates, cones, prior)), coordinates
 
 
 def test_no_data_leaves_the_nominal() -> None:
@@ -95,7 +103,8 @@ def test_nonnegative_parameters_are_clipped_with_their_multiplier() -> None:
     columns = tuple(Column(f"rotor_inertia_{j}", "kg m^2", j, "rotor_inertia") for j in (1, 2, 3))
     target = np.array([2.0, -1.0, 0.5])
     cones = replace(no_cones(3), rows=np.eye(3), offsets=np.zeros(3), labels=("one", "two", "three"))
-    program = Program(np.eye(3), Coordinates.around(np.zeros(3), columns), cones, NoPrior())
+    coordinates = Coordinates.around(np.zeros(3), columns)
+    program = SemidefiniteProgram(PhysicalProblem(np.eye(3), coordinates, cones, NoPrior()))
     answer = program.solve(Compressed(np.eye(3), target, 0.0, 1), 1.0)
     np.testing.assert_allclose(answer.u, np.maximum(target, 0), atol=2e-6)
     np.testing.assert_allclose(answer.multipliers.rows, [0, 1, 0], atol=1e-6)
@@ -107,9 +116,15 @@ def test_the_proof_sees_what_is_wrong() -> None:
 
     def residuals(u: float, y: float) -> tuple[float, float, float]:
         found = check_optimality(
-            np.array([u - 1.0]), 0.5 * (u - 1) ** 2, np.array([u + 1.0]), rows, [], (np.zeros((0, 1)), np.zeros(0)),
-            np.array([u]), Multipliers(np.array([y]), (), np.zeros(0)),
-        )  # fmt: skip
+            u=np.array([u]),
+            multipliers=Multipliers(rows=np.array([y]), matrices=(), equalities=np.zeros(0)),
+            gradient=np.array([u - 1.0]),
+            gradient_sizes=np.array([u + 1.0]),
+            objective=0.5 * (u - 1) ** 2,
+            rows=rows,
+            matrices=[],
+            equalities=(np.zeros((0, 1)), np.zeros(0)),
+        )
         return found.primal, found.dual, found.gap
 
     assert max(residuals(2.0, 1.0)) < 1e-12
@@ -238,25 +253,25 @@ def test_friction_dissipates_as_a_sum(ur5: pid.Robot) -> None:
         if e.name.endswith("friction")
     )
     assert np.min(force) > -0.02
-    assert any("drives it" in text for text in found.held)
+    assert any("drives it" in text for text in found.active_constraints)
 
 
 def test_known_total_mass_and_bounds_hold(arm: Model) -> None:
     regressor = regress(arm, 5, 10.0, 1.0)
     box = Box(3, (-0.05, -0.1, -0.1), (0.5, 0.1, 0.2))
-    known = Physical(total_mass=25.0, bounds=(Bound("m_2", 8.0, 8.5),), shapes=(box,), resamples=0)
+    known = Physical(total_mass=25.0, bounds=(Bound("m_2", 8.0, 8.5),), bounding_volumes=(box,), resamples=0)
     estimate = fit(arm, regressor, known)
     masses = estimate.theta[:60:10]
     assert masses.sum() == pytest.approx(25.0, rel=1e-6)
     assert 8.0 - 1e-5 <= masses[1] <= 8.5 + 1e-5
-    assert (shape_rows(box, estimate.model.columns) @ estimate.theta >= -1e-6).all()
+    assert (volume_rows(box, estimate.model.columns) @ estimate.theta >= -1e-6).all()
 
 
 def test_contradictions_are_named(arm: Model) -> None:
     regressor = regress(arm, 5, 10.0, 1.0)
     with pytest.raises(NotSolvedError, match=r"no arm satisfies.*(m_2 outside its bounds|total mass)"):
         fit(arm, regressor, Physical(total_mass=5.0, bounds=(Bound("m_2", 6.0),), resamples=0))
-    with pytest.raises(NotSolvedError, match=r"m_4 outside its bounds|link 4 is no rigid body"):
+    with pytest.raises(NotSolvedError, match=r"m_4 outside its bounds|link 4 is not a rigid body"):
         fit(arm, regressor, Physical(bounds=(Bound("m_4", None, -1.0),), resamples=0))
 
 
@@ -271,11 +286,11 @@ def test_priors_that_do_not_fit_are_refused(arm: Model) -> None:
     with pytest.raises(pid.InputError, match="unknown parameter 'm_9'"):
         fit(arm, regressor, Physical(bounds=(Bound("m_9", 1.0),)))
     with pytest.raises(pid.InputError, match="link 9"):
-        fit(arm, regressor, Physical(shapes=(Box(9, (0, 0, 0), (1, 1, 1)),)))
+        fit(arm, regressor, Physical(bounding_volumes=(Box(9, (0, 0, 0), (1, 1, 1)),)))
 
 
 @pytest.mark.parametrize("shape", [Ellipsoid(1, (0.1, 0, 0.2), (0.2, 0.3, 0.4)), Box(1, (-0.1, 0, 0), (0.2, 0.3, 0.1))])
-def test_shapes_accept_what_is_inside_and_refuse_what_is_not(shape: Ellipsoid | Box) -> None:
+def test_bounding_volumes_accept_what_is_inside_and_refuse_what_is_not(shape: Ellipsoid | Box) -> None:
     rng = np.random.default_rng(0)
     if isinstance(shape, Ellipsoid):
         directions = rng.normal(size=(200, 3))
@@ -284,7 +299,7 @@ def test_shapes_accept_what_is_inside_and_refuse_what_is_not(shape: Ellipsoid | 
     else:
         points = rng.uniform(shape.lower, shape.upper, size=(200, 3))
         centre = (np.array(shape.lower) + np.array(shape.upper)) / 2
-    rows = shape_rows(shape, LINK)
+    rows = volume_rows(shape, LINK)
 
     def body(points: np.ndarray) -> np.ndarray:
         one = np.column_stack([points, np.ones(len(points))])

@@ -14,7 +14,7 @@ import physident as pid
 from physident.cli import run
 from physident.effects.contact import Contact
 from physident.graphics import style
-from physident.validation.comparison import contact_bands, predict_pair, rms
+from physident.validation.comparison import contact_bands, predict_pair
 from tests.test_report import made
 
 
@@ -129,7 +129,7 @@ def test_a_contact_lies_where_the_recording_had_it(folder: Path) -> None:
     assert start == pytest.approx(expected, abs=1.5 / p.rate)
     assert end - start == pytest.approx(1.0, abs=2 / p.rate)
     assert contact_bands(estimate.model, p, [one, two]) == ()
-    assert len(rms(p)) == 6
+    assert len(p.rms) == 6
 
 
 def test_colours_of_a_figure_are_told_apart_without_red_or_green() -> None:

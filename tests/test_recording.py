@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import physident as pid
+from physident.recordings.layout import Channels
 from physident.recordings.rows import MAX_SPEED, recording_from_rows
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 
@@ -26,7 +27,7 @@ def motion(rng: np.random.Generator, n: int, count: int = 300) -> tuple[np.ndarr
 
 
 def record(time: np.ndarray, q: np.ndarray, dq: np.ndarray, tau: np.ndarray) -> pid.Recording:
-    return recording_from_rows(time, q, dq, tau, None, "torque", "test")
+    return recording_from_rows(Channels(time=time, q=q, effort=tau, effort_kind="torque", dq=dq), "test")
 
 
 @given(seeds, st.integers(1, 9))
@@ -98,7 +99,7 @@ def test_arrays_are_read_only_and_the_given_ones_untouched() -> None:
 
 def test_torque_is_current_times_gain_and_asked_for_only_where_known() -> None:
     time, q, dq, amps = motion(np.random.default_rng(2), 2)
-    recording = recording_from_rows(time, q, dq, amps, None, "current", "test")
+    recording = recording_from_rows(Channels(time=time, q=q, effort=amps, effort_kind="current", dq=dq), "test")
     with pytest.raises(pid.InputError, match="no drive gains"):
         _ = recording.torque
     gained = recording.with_drive_gains([10.0, -3.0])

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import physident as pid
-from physident.diagnosis.result.typed import typed
 from physident.diagnosis.result.wording import headline, in_words, listed, numbered
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
@@ -104,51 +101,6 @@ def test_no_text_becomes_an_element_or_leaves_its_attribute(text: str) -> None:
     assert all(isinstance(child, str) for child in p.inside)
     assert set(p.attributes) == {"class"}
     assert joined(text).isprintable() or "\n" in text or "\xa0" in text
-
-
-@dataclass(frozen=True)
-class Inner:
-    """A part of what JSON holds."""
-
-    name: str
-    size: float
-
-
-@dataclass(frozen=True)
-class Outer:
-    """What JSON holds."""
-
-    kind: Literal["a", "b"]
-    parts: tuple[Inner, ...]
-    ends: tuple[float, float]
-    count: int | None
-
-
-GOOD: dict[str, Any] = {"kind": "a", "parts": [{"name": "x", "size": 1}], "ends": [0, 1.5], "count": None, "more": 3}
-
-
-def test_json_comes_back_as_what_wrote_it() -> None:
-    assert typed(Outer, GOOD, "it") == Outer("a", (Inner("x", 1.0),), (0.0, 1.5), None)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"kind": "c"}, "it.kind is 'c', expected one of a, b"),
-        ({"kind": []}, "it.kind is"),
-        ({"parts": [{"name": "x"}]}, r"it.parts\[0\] has no 'size'"),
-        ({"parts": [{"name": 3, "size": 1}]}, r"it.parts\[0\].name is 3, expected a text"),
-        ({"parts": {}}, "it.parts is {}, expected a list"),
-        ({"ends": [1]}, "expected 2 values"),
-        ({"ends": [1, True]}, "expected a finite number"),
-        ({"ends": [1, float("inf")]}, "expected a finite number"),
-        ({"count": 1.5}, "expected a whole number"),
-        ({"count": True}, "expected a whole number"),
-    ],
-)
-def test_what_does_not_fit_is_named(change: dict[str, Any], said: str) -> None:
-    with pytest.raises(pid.InputError, match=said):
-        typed(Outer, GOOD | change, "it")
 
 
 def test_joints_and_effects_read_as_sentences() -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 import physident as pid
+from physident.recordings.layout import Channels
 from physident.recordings.rows import recording_from_rows
 
 
@@ -14,7 +15,9 @@ def _recording(time: np.ndarray, with_dq: bool) -> pid.Recording:
     phase = np.array([0.0, 1.0])
     q = np.sin(2 * np.pi * 0.5 * time[:, None] + phase)
     dq = np.pi * np.cos(2 * np.pi * 0.5 * time[:, None] + phase)
-    return recording_from_rows(time, q, dq if with_dq else None, q + 1, None, "torque", "made")
+    return recording_from_rows(
+        Channels(time=time, q=q, effort=q + 1, effort_kind="torque", dq=dq if with_dq else None), "made"
+    )
 
 
 @pytest.mark.parametrize("rate", [93.7, 125.0, 500.0, 1000.0])

@@ -407,7 +407,7 @@ BAD = {
     "gains of another robot": (lambda r, m: {"controller": PD((100.0,) * 4, (1.0,) * 4)}, "expected 6"),
     "gains too soft": (
         lambda r, m: {"controller": PD((0.1,) * 6, (0.0,) * 6), "extra_torque": lambda t, q, v: 60 + 0 * q},
-        "astray",
+        "away from the motion",
     ),
     "pushed out of control": (lambda r, m: {"extra_torque": lambda t, q, v: 9e3 * v + 1}, "too steeply"),
     "beyond the drives": (lambda r, m: {"extra_torque": lambda t, q, v: 200 * np.eye(6)[0]}, "its drive gives 150"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.recordings.layout import Channels
 from physident.recordings.rows import recording_from_rows
 from tests.test_identify import _recording
 
@@ -21,7 +22,9 @@ def test_relative_error_is_what_it_says(ur5: pid.Robot, estimate: pid.Estimate) 
     assert run.dq is not None
     signals = pid.prepare(run, estimate.filter)
     torque = 1.25 * estimate.model.torque(signals)
-    scaled = recording_from_rows(signals.time, signals.q, signals.v, torque, None, "torque", "scaled")
+    scaled = recording_from_rows(
+        Channels(time=signals.time, q=signals.q, effort=torque, effort_kind="torque", dq=signals.v), "scaled"
+    )
     score = pid.validate(estimate, [scaled])
     np.testing.assert_allclose(score.relative, 20.0, atol=0.05)
     assert 0.5 < score.share <= 1.0
@@ -38,7 +41,7 @@ def test_mean_over_recordings_not_over_samples(ur5: pid.Robot, estimate: pid.Est
 def test_fitted_recordings_are_refused_even_renamed(ur5: pid.Robot, estimate: pid.Estimate) -> None:
     again = _recording(ur5, 1, 0.3)
     renamed = pid.Recording(again.time, again.q, again.effort, "torque", again.dq, source="other name")
-    with pytest.raises(pid.InputError, match="was fitted by this model"):
+    with pytest.raises(pid.InputError, match="training recording of this model"):
         pid.validate(estimate, [renamed])
     assert pid.validate(estimate, [renamed], include_fitted=True).rms.shape == (6,)
 

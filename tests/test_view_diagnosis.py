@@ -48,7 +48,7 @@ def diagnosis(model: pid.Model) -> DiagnosisRecord:
     return DiagnosisRecord(
         path=None, sha256=None, question="missing", verdict="partly_explained", findings=(FOUND, TOUCH), before=LEVELS,
         after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "still"),),
-        unexplained=(), recordings=(), filter=pid.Filter(7.0), columns=None, drive_gains=None, unidentified=(), model=model,
+        unexplained=(), recordings=(), filter=pid.Filter(7.0), layout=None, drive_gains=None, unidentified=(), model=model,
         extended=extended, incomplete=(), seed=0, recording_offsets=False,
     )  # fmt: skip
 

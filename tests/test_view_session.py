@@ -17,7 +17,7 @@ from physident.graphics.session.bands import contact_intervals
 from physident.graphics.session.content import SessionContent
 from physident.graphics.session.data import gather, moving_rms
 from physident.graphics.session.log import rgb
-from physident.validation.scores import predictions
+from physident.validation.predictions import predict
 
 FAULT = (6.0, 8.0)  # s of the second recording, in which joint 2 needs 40 N m more
 NAMES = ("default", "simple")
@@ -99,7 +99,7 @@ def test_torques_are_those_that_models_are_judged_on(
     entities: dict[str, dict[str, list[Any]]], estimates: dict[str, pid.Estimate], recordings: list[pid.Recording]
 ) -> None:
     for name, estimate in estimates.items():
-        p = predictions(estimate, recordings)
+        p = predict(estimate, recordings)
         starts = np.array([0.0, recordings[0].duration + 1.0])
         time = np.array(entities["/joints/3/torque/measured"]["time"])
         for j in range(6):

@@ -50,10 +50,10 @@ T = TypeVar("T")
 
 def read_recordings(paths: list[str], columns: str | None, gains: str | None, quiet: bool = False) -> list[Recording]:
     """The recordings of paths and patterns, with a progress bar; unless ``quiet``, warns of rows and columns left out."""
-    from physident.recordings.columns import Columns
+    from physident.recordings.layout import ColumnLayout
     from physident.recordings.load import find_recordings, load_recording
 
-    layout = Columns.parse(columns) if columns is not None else None
+    layout = ColumnLayout.parse(columns) if columns is not None else None
     numbers = parse_numbers(gains, "--drive-gains") if gains is not None else None
     files = find_recordings(paths)
     recordings = [load_recording(file, layout, numbers) for file in progress(files, "reading")]

@@ -70,7 +70,7 @@ IncludeFittedOption = Annotated[
 
 def robot_of(option: str | None) -> Robot:
     """The robot of --robot; raises InputError without that option."""
-    from physident.robots.robot import load_robot
+    from physident.robots.load import load_robot
 
     if option is None:
         raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")

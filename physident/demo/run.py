@@ -16,7 +16,7 @@ from physident.excitation.motion.trajectory import random_trajectory
 from physident.recordings.formats.csv import write_csv
 from physident.recordings.load import load_recordings
 from physident.recordings.recording import Recording
-from physident.robots.robot import load_robot
+from physident.robots.load import load_robot
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import Simulation
 

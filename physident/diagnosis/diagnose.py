@@ -32,7 +32,6 @@ from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
-from physident.validation.scores import with_gains
 
 SILENT = 1e-9  # N m a unit: rounding
 
@@ -89,8 +88,8 @@ def diagnose_motion(
     given = model if isinstance(model, Model) else model.model
     used_filter = estimate.filter if estimate else filter or Filter()
     gains = estimate.drive_gains if estimate else shared_gains(recordings)
-    layout = estimate.columns if estimate else columns
-    with_torque = [with_gains(recording, gains) for recording in recordings]
+    layout = estimate.layout if estimate else columns
+    with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
     signals = prepare_all(given.robot, with_torque, used_filter)
     check_holdout(model, recordings, holdout, used_filter)
 
@@ -104,7 +103,7 @@ def diagnose_motion(
     extended = None
     if findings:
         refitted = extended_estimate(hypothesis, uncertainty, with_torque)
-        extended = replace(refitted, columns=layout, drive_gains=gains)
+        extended = replace(refitted, layout=layout, drive_gains=gains)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     before, after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
@@ -124,7 +123,7 @@ def diagnose_motion(
         extended=extended.model if extended else None,
         estimate=extended,
         filter=used_filter,
-        columns=layout,
+        layout=layout,
         drive_gains=gains,
         unidentified=problem.freedom.unidentified,
         seed=seed,

@@ -1,4 +1,4 @@
-"""Joint torques of a robot whose link parameters are known, and how they change when a joint moves differently.
+"""Joint torques of a robot with known link parameters, and their derivatives along changes of a joint's motion.
 
 Newton-Euler recursion written as CasADi expressions and evaluated by ``Vectorised``. Source: Featherstone, "Rigid Body
 Dynamics Algorithms" (2008), table 5.1, in body coordinates about each link's origin.
@@ -64,7 +64,7 @@ def _holding(joints: tuple) -> Vectorised:
 
 @lru_cache(maxsize=64)
 def _changes(key: tuple, joints: tuple[int, ...], orders: int) -> Vectorised:
-    """One program for all the joints: they share most of what the torque itself takes."""
+    """One program for all the joints, which share most operations."""
     import casadi as ca
 
     state, links, tau = _symbolic(*key)
@@ -88,7 +88,7 @@ def _symbolic(joints: tuple, gravity: tuple) -> tuple[Any, Any, Any]:
 
 
 def _newton_euler(bodies: list[Body], links: Any) -> Any:
-    """Torque (n,): every joint carries its own link's wrench about the link's origin, and those of the links behind it."""
+    """Torque (n,): every joint carries the wrench of its link about the link's origin, and those of all later links."""
     import casadi as ca
 
     wrenches = [_wrench(ca, body, links[10 * i : 10 * i + 10]) for i, body in enumerate(bodies)]
@@ -97,9 +97,9 @@ def _newton_euler(bodies: list[Body], links: Any) -> Any:
         force, moment = wrenches[i]
         tau[i] = ca.dot(body.ray[0], force) + ca.dot(body.ray[1], moment)
         if body.parent >= 0:
-            held, twisted = wrenches[body.parent]
+            parent_force, parent_moment = wrenches[body.parent]
             pull = body.R @ force
-            wrenches[body.parent] = held + pull, twisted + body.R @ moment + ca.cross(body.arm, pull)
+            wrenches[body.parent] = parent_force + pull, parent_moment + body.R @ moment + ca.cross(body.arm, pull)
     return tau
 
 

@@ -24,7 +24,7 @@ LARGEST = 1e12  # of any parameter in SI units: torques and their squares stay f
 class Model:
     """Torque of a robot as a sum of effects, tau = sum_e Phi_e(q, v, a) theta_e.
 
-    ``theta`` (p,) holds the effects' parameters one after another, in the units of ``columns``.
+    ``theta`` (p,) are the effects' parameters in sequence, in the units of ``columns``.
     """
 
     robot: Robot
@@ -43,9 +43,9 @@ class Model:
 
     @staticmethod
     def nominal(robot: Robot, effects: Iterable[str | Effect] = DEFAULT_EFFECTS) -> Model:
-        """The model with every parameter as the robot's own description states it, zero where it states none."""
-        made = make_effects(effects)
-        return Model(robot, made, np.concatenate([effect.nominal(robot) for effect in made]))
+        """The model with the parameters of the robot's description, zero where the description has none."""
+        effects = make_effects(effects)
+        return Model(robot, effects, np.concatenate([effect.nominal(robot) for effect in effects]))
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -76,7 +76,7 @@ class Model:
         return AddedInertia(links, armature, (x, y, z))
 
     def refer(self, signals: Signals) -> Signals:
-        """The signals with what this model makes of their motion, which some effects' columns depend on.
+        """The signals with the torques this model predicts for their motion, which the columns of some effects need.
 
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
@@ -102,6 +102,11 @@ class Model:
                 self._add(tau, effect, theta, referred)
         return tau.T
 
+    def _parts(self) -> list[tuple[Effect, Array]]:
+        """Each effect with its parameters (k,)."""
+        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
+        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
+
     def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
         """Add the torque of one effect to ``tau`` (n, N), segment by segment."""
         pattern = effect.pattern(self.robot)
@@ -111,7 +116,7 @@ class Model:
                 tau[row, samples] += theta[column] * entries
 
     def as_dict(self) -> dict[str, Any]:
-        """Robot, effects and values, as JSON can hold them."""
+        """Robot, effects and values as plain numbers and texts for JSON."""
         return {
             "robot": self.robot.as_dict(),
             "effects": [effect.as_dict() for effect in self.effects],
@@ -129,5 +134,7 @@ class Model:
         model = Model(robot, effects, np.array([parameter["value"] for parameter in data["parameters"]]))
         for column, parameter in zip(model.columns, data["parameters"], strict=True):
             if column.name != parameter["name"]:
-                raise InputError(f"parameter {parameter['name']!r} stands where {column.name!r} belongs")
+                raise InputError(
+                    f"parameter is {parameter['name']!r}, expected {column.name!r} at this place; identify it again"
+                )
         return model

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.column_structure import ColumnStructure, kept_rows
 from physident.dynamics.model import Model
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
@@ -17,12 +17,11 @@ from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-CHUNK = 4096  # samples evaluated before they are filtered
 
 
 @dataclass(frozen=True, eq=False)
 class JointRows:
-    """The rows of one joint: the columns (k,) that can be non-zero in it, and their filtered values (M, k)."""
+    """The rows of one joint: ``columns`` (k,) that can be non-zero in them, and their filtered ``values`` (M, k)."""
 
     columns: NDArray[np.intp]
     values: Array
@@ -32,9 +31,9 @@ class JointRows:
 class Regressor:
     """Filtered regressor and torque of M kept instants of n joints, p columns, stored without structural zeros.
 
-    ``torque`` (M, n) [N m|N]; ``time`` (M,) [s]; ``recording`` (M,) the index of the recording a row comes from;
-    ``segment`` (M,) the index of the contiguous segment. ``kept_rate`` [Hz]. ``counted`` (M, n): a row of a joint that
-    does not count, because an effect there still depends on what was before the recording, is zero on both sides.
+    ``torque`` (M, n) [N m|N]; ``time`` (M,) [s]; ``recording`` (M,) index of the recording of each row; ``segment`` (M,)
+    index of its contiguous segment; ``kept_rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, an effect on that
+    joint still depends on the motion before the recording: such a row is zero on both sides.
     """
 
     columns: tuple[Column, ...]
@@ -75,19 +74,19 @@ class Regressor:
         return R[:p, :p], R[:p, p], float(R[p, p] ** 2)
 
     def joint_sizes(self, theta: Array) -> Array:
-        """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the factors: the tall rows are not read."""
+        """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the QR factors alone."""
         pairs = zip(self.joints, self._joint_factors, strict=True)
         return np.array([float(np.linalg.norm(R[:, :-1] @ theta[rows.columns] - R[:, -1])) for rows, R in pairs])
 
     def with_columns(self, other: Regressor, places: NDArray[np.intp]) -> Regressor:
         """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order."""
         joints = []
-        for mine, theirs in zip(self.joints, other.joints, strict=True):
-            values = mine.values.copy()
-            at = {int(c): k for k, c in enumerate(mine.columns)}
-            for k, c in enumerate(theirs.columns):
-                values[:, at[int(places[c])]] = theirs.values[:, k]
-            joints.append(JointRows(mine.columns, values))
+        for rows, new_rows in zip(self.joints, other.joints, strict=True):
+            values = rows.values.copy()
+            position = {int(c): k for k, c in enumerate(rows.columns)}
+            for k, c in enumerate(new_rows.columns):
+                values[:, position[int(places[c])]] = new_rows.values[:, k]
+            joints.append(JointRows(rows.columns, values))
         return replace(self, joints=tuple(joints))
 
     @cached_property
@@ -108,130 +107,52 @@ def build_regressor(
     theta: Array | None = None,
     model: Model | None = None,
 ) -> Regressor:
-    """The regressor of some recordings' signals: each column and the torque pass the same filter and decimation.
+    """The regressor of some recordings' signals: every column and the torque pass the same filter and decimation.
 
-    Columns that depend on the model's own torque take it from ``theta`` (p,) of these effects, from another ``model``, or
-    from the robot's nominal parameters.
-    ``moving_only`` keeps the rows whose filter window lies in the moving part of its recording. Raises InputError for signals without torque, of another
-    number of joints, or with nothing left.
+    Columns that depend on the model's own torque use the parameters ``theta`` (p,) of these effects, another ``model``,
+    or the robot's nominal parameters. ``moving_only`` keeps the rows whose filter window lies in the moving part of the
+    recording. Raises InputError for signals without torque, of another number of joints, or without any row left.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
     if any(effect.needs_model for effect in effects):
         if model is None:
             model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
         signals = [model.refer(s) for s in signals]
-    places = _Places(robot, effects)
-    pieces = [_segments(robot, s, filter, moving_only) for s in signals]
-    total = sum(len(keep) for piece in pieces for _, keep in piece)
+    structure = ColumnStructure.of(robot, effects)
+    pieces = [kept_rows(robot, s, filter, moving_only) for s in signals]
+    total = sum(len(piece.rows) for recording in pieces for piece in recording)
     if total == 0:
         names = ", ".join(s.source for s in signals)
         raise InputError(
-            f"{names}: nothing left after the filter in the moving part; expected joints that move for seconds"
+            f"{names}: no rows are left after the filter in the moving part; expected joints that move for seconds"
         )
-    values = [np.empty((len(places.columns[j]), total)) for j in range(robot.n)]
+    values = [np.empty((len(joint_columns), total)) for joint_columns in structure.columns]
     torque, time = np.empty((total, robot.n)), np.empty(total)
     counted = np.ones((total, robot.n), dtype=bool)
-    origin, part = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
-    at = segment = 0
-    for index, (one, piece) in enumerate(zip(signals, pieces, strict=True)):
-        for samples, keep in piece:
-            if not len(keep):
+    recording, segment = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
+    first = segments = 0
+    for index, (one, recording_pieces) in enumerate(zip(signals, pieces, strict=True)):
+        for piece in recording_pieces:
+            if not len(piece.rows):
                 continue
-            own = slice(at, at + len(keep))
-            torque[own], time[own] = _filtered_measurements(one, samples, keep, filter)
-            origin[own], part[own] = index, segment
-            places.fill(values, at, one.part(samples), keep, filter)
-            counted[own] = places.counted(one.part(samples), keep, filter)
-            at, segment = at + len(keep), segment + 1
-    for j in range(robot.n):  # a row that does not count is zero on both sides
+            part, rows = one.part(piece.samples), slice(first, first + len(piece.rows))
+            assert part.torque is not None
+            torque[rows] = filter.apply(part.torque.T, part.rate)[:, piece.rows].T
+            time[rows] = piece.times
+            recording[rows], segment[rows] = index, segments
+            structure.fill(values, first, part, piece.rows, filter)
+            counted[rows] = structure.counted(part, piece.rows, filter)
+            first, segments = rows.stop, segments + 1
+    for j in range(robot.n):  # a row that is not counted is zero on both sides
         values[j][:, ~counted[:, j]] = 0.0
     torque[~counted] = 0.0
-    rows = tuple(JointRows(places.columns[j], values[j].T) for j in range(robot.n))
-    rates = [s.rate / filter.decimation(s.rate) for s in signals]
-    return Regressor(columns, rows, torque, time, origin, part, float(np.mean(rates)), counted)
-
-
-class _Places:
-    """Where each effect's structural non-zeros go: a joint, and a place among that joint's columns."""
-
-    def __init__(self, robot: Robot, effects: Sequence[Effect]) -> None:
-        self.robot, self.effects = robot, effects
-        offset = 0
-        entries: list[list[int]] = [[] for _ in range(robot.n)]
-        self.targets: list[list[tuple[NDArray[np.intp], slice]]] = []
-        for effect in effects:
-            pattern = effect.pattern(robot)
-            target = []
-            for j in range(robot.n):
-                mine = np.flatnonzero(pattern[:, 0] == j)
-                target.append((mine, slice(len(entries[j]), len(entries[j]) + len(mine))))
-                entries[j] += [int(offset + c) for c in pattern[mine, 1]]
-            self.targets.append(target)
-            offset += len(effect.columns(robot))
-        self.columns = [np.array(columns, dtype=np.intp) for columns in entries]
-
-    def fill(self, values: list[Array], at: int, signals: Signals, keep: NDArray[np.intp], filter: Filter) -> None:
-        """Evaluate and filter the kept rows of one segment into ``values`` from ``at`` on: a chunk at a time where each
-        sample stands for itself, all at once where an effect has a memory."""
-        D = filter.decimation(signals.rate)
-        length = len(filter.taps(signals.rate))
-        rows = max(1, max(CHUNK, 4 * length) // D)
-        for effect, target in zip(self.effects, self.targets, strict=True):
-            if not effect.pointwise:
-                whole = filter.apply(effect.values(self.robot, signals), signals.rate)[:, keep]
-                self._put(values, target, whole, at)
-        for start in range(0, len(keep), rows):
-            chunk = slice(keep[start] * D, keep[min(start + rows, len(keep)) - 1] * D + length)
-            part = signals.part(chunk)
-            for effect, target in zip(self.effects, self.targets, strict=True):
-                if effect.pointwise:
-                    self._put(values, target, filter.apply(effect.values(self.robot, part), signals.rate), at + start)
-
-    def _put(self, values: list[Array], target: list[tuple[NDArray[np.intp], slice]], kept: Array, at: int) -> None:
-        for j, (mine, place) in enumerate(target):
-            values[j][place, at : at + kept.shape[1]] = kept[mine]
-
-    def counted(self, signals: Signals, keep: NDArray[np.intp], filter: Filter) -> NDArray[np.bool_]:
-        """Rows (K, n) whose whole window is settled for every effect of that joint."""
-        result = np.ones((len(keep), self.robot.n), dtype=bool)
-        D, length = filter.decimation(signals.rate), len(filter.taps(signals.rate))
-        for effect in self.effects:
-            unsettled = effect.unsettled(self.robot, signals)
-            if unsettled is not None:
-                before = np.concatenate([np.zeros((1, self.robot.n)), np.cumsum(unsettled, axis=0)])
-                result &= before[keep * D + length] == before[keep * D]
-        return result
-
-
-def _segments(
-    robot: Robot, signals: Signals, filter: Filter, moving_only: bool
-) -> list[tuple[slice, NDArray[np.intp]]]:
-    """For each segment its samples and the filtered rows kept, which are consecutive."""
-    if signals.q.shape[1] != robot.n:
-        raise InputError(
-            f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
-        )
-    if signals.torque is None:
-        raise InputError(f"{signals.source}: has no torque, expected measured torques or currents with drive gains")
-    start, stop = (signals.moving or (math.inf, -math.inf)) if moving_only else (-math.inf, math.inf)
-    half = filter.delay(signals.rate) * filter.decimation(signals.rate) / signals.rate
-    result = []
-    for samples in signals.segments:
-        keep = np.arange(filter.kept(samples.stop - samples.start, signals.rate))
-        time = _row_times(signals, samples, keep, filter)
-        # the whole window must lie in the moving part: at standstill stiction leaves the torque undetermined
-        result.append((samples, keep[(time - half >= start - 1e-9) & (time + half <= stop + 1e-9)]))
-    return result
-
-
-def _row_times(signals: Signals, samples: slice, keep: NDArray[np.intp], filter: Filter) -> Array:
-    centre = (keep + filter.delay(signals.rate)) * filter.decimation(signals.rate)
-    return signals.time[samples][centre]
-
-
-def _filtered_measurements(
-    signals: Signals, samples: slice, keep: NDArray[np.intp], filter: Filter
-) -> tuple[Array, Array]:
-    assert signals.torque is not None
-    torque = filter.apply(signals.torque[samples].T, signals.rate)[:, keep].T
-    return torque, _row_times(signals, samples, keep, filter)
+    return Regressor(
+        columns=columns,
+        joints=tuple(JointRows(joint_columns, v.T) for joint_columns, v in zip(structure.columns, values, strict=True)),
+        torque=torque,
+        time=time,
+        recording=recording,
+        segment=segment,
+        kept_rate=float(np.mean([s.rate / filter.decimation(s.rate) for s in signals])),
+        counted=counted,
+    )

@@ -1,8 +1,8 @@
 """The rigid-body regressor: joint torques as a linear function of every link's ten inertial parameters.
 
 Written once as a CasADi expression, so that trajectory design can differentiate it, and evaluated for recordings by
-``Vectorised``. Only structural non-zeros are computed: a joint's torque depends on the links it carries, and on nothing
-else. Where the link parameters are known and only the torque is wanted, ``inverse_dynamics`` is quicker.
+``Vectorised``. Only structural non-zeros are computed: a joint's torque depends only on the links it carries. To compute
+torques of known link parameters, ``inverse_dynamics`` is faster.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ def torque_expression(robot: Robot) -> Any:
 
 
 def robot_key(robot: Robot) -> tuple:
-    """Joints and gravity of a robot as hashable numbers: what its dynamics depend on, link parameters apart."""
+    """Joints and gravity of a robot as hashable numbers: all that its dynamics depend on except the link parameters."""
     joints = tuple((j.kind, j.parent, *map(tuple, (j.axis, j.rotation.ravel(), j.translation))) for j in robot.joints)
     return joints, tuple(robot.gravity)
 
 
 @dataclass(frozen=True, eq=False)
 class _Compiled:
-    """The regressor of one state as a CasADi function, where its non-zeros stand, and what evaluates them for many."""
+    """The regressor of one state as a CasADi function, the pattern of its non-zeros, and their vectorised evaluation."""
 
     function: Any
     pattern: NDArray[np.intp]
@@ -84,7 +84,9 @@ def _symbolic(joints: tuple, gravity: tuple, q: Any, v: Any, a: Any) -> Any:
 
     n = len(joints)
     Y = ca.SX(n, 10 * n)
-    rays: list[dict[int, tuple[Any, Any]]] = []  # by ancestor joint: its unit motion (linear, angular) in this frame
+    rays: list[
+        dict[int, tuple[Any, Any]]
+    ] = []  # for each ancestor joint: its unit motion (linear, angular) in this frame
     for i, body in enumerate(moving_bodies(joints, gravity, q, v, a)):
         above = rays[body.parent] if body.parent >= 0 else {}
         R, arm = body.R, body.arm
@@ -98,11 +100,12 @@ def _symbolic(joints: tuple, gravity: tuple, q: Any, v: Any, a: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A moving link as SX expressions in its own frame, unless said otherwise.
+    """A moving link as SX expressions in the link's frame, except ``arm``.
 
-    ``R`` turns its frame into the parent's, ``arm`` runs from the parent's origin to its own in the parent's frame;
-    ``ray`` is its joint's unit motion (linear, angular); ``w``, ``alpha`` are its angular velocity and acceleration, ``acc``
-    the acceleration of its origin, gravity taken off. ``field`` (3, 3) times a point is what the point accelerates beyond that.
+    ``R`` rotates from the link's frame to the parent's; ``arm`` is the link's origin in the parent's frame; ``ray`` is the
+    joint's unit motion (linear, angular); ``w``, ``alpha`` are angular velocity and acceleration; ``acc`` is the
+    acceleration of the origin minus gravity; ``field`` (3, 3) times a point is the point's acceleration relative to the
+    origin.
     """
 
     parent: int
@@ -140,7 +143,7 @@ def moving_bodies(joints: tuple, gravity: Any, q: Any, v: Any, a: Any) -> list[B
 
 
 def _power_coefficients(ca: Any, lin: Any, ang: Any, w: Any, alpha: Any, acc: Any) -> Any:
-    """What the wrench of one body does along a unit motion (lin, ang), as coefficients (10,) of its parameters.
+    """Power of one body's wrench along a unit motion (lin, ang), as coefficients (10,) of its parameters.
 
     Force m acc + alpha x mc + w x (w x mc) and moment mc x acc + I alpha + w x I w about the body frame's origin.
     """

@@ -1,7 +1,7 @@
 """CasADi functions of one sample, evaluated for arrays of samples.
 
-The instruction list of the function is run on NumPy rows, a cache-sized chunk of samples at a time. What depends on no
-sample (constants and parameters) is computed once as numbers, not as rows.
+The instruction list of the function is run on NumPy rows, in chunks of samples that fit the cache. Values that do not
+depend on the sample (constants and parameters) are computed once as numbers, not as rows.
 """
 
 from __future__ import annotations
@@ -14,20 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-CHUNK = 2048  # samples: long enough that NumPy computes rather than starts, short enough for a second-level cache
+CHUNK = 2048  # samples: long enough to hide NumPy's call overhead, short enough for a second-level cache
 
 
 class Vectorised:
     """A CasADi ``function`` of a sample's inputs (k,) and, where it has a second argument, of parameters (p,).
 
-    While it runs, a value is known by its place: work rows, inputs, outputs, parameters, then the other numbers.
+    Values are addressed by their place: first the work rows, then inputs, outputs, parameters and computed numbers.
     """
 
     def __init__(self, function: Any) -> None:
         self._slots, self._inputs, self._outputs = function.sz_w(), function.nnz_in(0), function.nnz_out(0)
         self._parameters = function.nnz_in(1) if function.n_in() > 1 else 0
-        self._numbers: list[tuple[Any, tuple[int, ...]]] = []  # operation and the numbers it takes, one makes one
-        self._rows: list[tuple[Any, Any]] = []  # operation and what fetches its operands and its target
+        self._numbers: list[
+            tuple[Any, tuple[int, ...]]
+        ] = []  # operation and the places of its operands; each gives one number
+        self._rows: list[tuple[Any, Any]] = []  # operation and getter of its operands and its target
         self._read(function)
 
     def _read(self, function: Any) -> None:
@@ -35,8 +37,8 @@ class Vectorised:
 
         operations, outputs = _operations(ca), self._slots + self._inputs
         parameters = outputs + self._outputs
-        made = parameters + self._parameters
-        place: dict[int, int] = {}  # by slot: of the value that it holds
+        computed = parameters + self._parameters
+        place: dict[int, int] = {}  # of the value in each work slot
         for k in range(function.n_instructions()):
             op, source, target = (
                 function.instruction_id(k),
@@ -55,7 +57,7 @@ class Vectorised:
                 operation, count = operations[op]
                 operands = tuple(place[s] for s in (*source, source[0])[:count])
             if all(at >= parameters for at in operands):
-                place[target[0]] = made + len(self._numbers)
+                place[target[0]] = computed + len(self._numbers)
                 self._numbers.append((operation, tuple(at - parameters for at in operands)))
             else:
                 place[target[0]] = target[0]
@@ -79,7 +81,7 @@ class Vectorised:
 
 
 def _operations(ca: Any) -> dict[int, tuple[Any, int]]:
-    """By CasADi's number of an operation: NumPy's, and how many operands it takes."""
+    """NumPy function and number of operands for each CasADi operation code."""
     return {
         ca.OP_ADD: (np.add, 2),
         ca.OP_SUB: (np.subtract, 2),

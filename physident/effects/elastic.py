@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
 from physident.effects.classification import Family
 from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
-from physident.recordings.signals import Signals, derivative
+from physident.recordings.preparation import derivative
+from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 PASSBAND = 1.5  # times the cutoff of the common filter: more would only add twice differentiated noise

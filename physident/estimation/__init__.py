@@ -1,5 +1,6 @@
 """Estimation: the parameters of a model from recordings, with standard errors.
 
-``identify`` is the verb, ``estimators`` its methods, ``estimate`` the result. ``physical`` holds the convex program for
-arms that can exist, ``drive_gains`` the one for motor currents; ``payload`` finds what the arm carries.
+``identify`` is the verb, ``estimators`` its methods, ``estimate`` the result. ``physical`` is physically consistent
+estimation (a semidefinite program), ``drive_gains`` identifies gains from motor currents, ``payload`` the load the arm
+carries.
 """

@@ -1,86 +1,114 @@
-"""Entries of a model file held against what a saved estimate can hold: a damaged one is named before it is used."""
+"""Model files: the estimate that ``Estimate.save`` wrote, read back and checked entry by entry."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from physident.dynamics.model import Model
 from physident.errors import InputError
+from physident.estimation.estimate import SCHEMA, Estimate
+from physident.estimation.estimated_model import Source
+from physident.estimation.estimators import Physical, estimator_from_dict
+from physident.estimation.physical.certificate import Certificate
+from physident.estimation.shape_uncertainty import FoundShape
+from physident.files import naming, read_json
+from physident.json_records import NotNegative, Positive, RecordReader, Share
+from physident.recordings.layout import ColumnLayout
+from physident.recordings.recording import check_gains
+from physident.recordings.signals import Filter
 
-CERTIFICATE = ("stationarity", "condition", "determined", "iterations", "primal", "gap")
-
-
-def check_entries(data: dict[str, Any]) -> None:
-    """Raises InputError, naming the entry, for one of another type or range than an estimate saves.
-
-    ``data`` is a model file's content; KeyError and TypeError tell of missing entries and of structures that are none.
-    """
-    _whole("blocks", data["blocks"], 1)
-    if data["prior_weight"] is not None:
-        _number("prior_weight", data["prior_weight"], 0.0)
-    for name in ("shares", "base_shares"):
-        _numbers(name, data[name], 0.0, 1.0)
-    for k, text in enumerate(_listed("held", data["held"])):
-        _text(f"held[{k}]", text)
-    for k, source in enumerate(_listed("recordings", data["recordings"])):
-        _fields(f"recordings[{k}]", source, texts=("path", "sha256"), numbers=("duration", "used"))
-    for k, shape in enumerate(_listed("shapes", data["shapes"])):
-        _fields(f"shapes[{k}]", shape, texts=("effect", "field", "unit"), numbers=("value", "std"))
-        _whole(f"shapes[{k}].joint", shape["joint"], 1)
-    for name in CERTIFICATE:
-        _number(f"certificate.{name}", data["certificate"][name])
-    _numbers("certificate.eigenvalues", data["certificate"]["eigenvalues"])
-    _check_estimator(data["estimator"])
+REMEDY = "identify it again"
+READER = RecordReader(REMEDY)
+MAX_BYTES = 200_000_000  # of a model file
 
 
-def _check_estimator(data: dict[str, Any]) -> None:
-    """What a physical estimator does not ask of its own settings until it solves."""
-    for name in ("resamples", "seed"):
-        if name in data:
-            _whole(f"estimator.{name}", data[name], 0)
-    nominal = data["prior"]["nominal"] if "prior" in data else None
-    if nominal is not None:
-        _numbers("estimator.prior.nominal", nominal)
+@dataclass(frozen=True, kw_only=True)
+class _Entries:
+    """The entries of a model file beside robot, effects and parameters, which ``Model`` reads."""
+
+    estimator: dict
+    covariance: tuple[tuple[float, ...], ...]
+    sigma: tuple[NotNegative, ...]
+    relative_percent: tuple[NotNegative, ...]
+    effective_samples: tuple[NotNegative, ...]
+    certificate: Certificate
+    filter: dict
+    recordings: tuple[Source, ...]
+    columns: str | None
+    drive_gains: tuple[float, ...] | None
+    blocks: Positive
+    prior_weight: NotNegative | None
+    shares: tuple[Share, ...]
+    base_shares: tuple[Share, ...]
+    held: tuple[str, ...]
+    shapes: tuple[FoundShape, ...]
 
 
-def _fields(where: str, value: Any, texts: tuple[str, ...], numbers: tuple[str, ...]) -> None:
-    if not isinstance(value, dict):
-        raise _misfit(where, value, "an object")
-    for name in texts:
-        _text(f"{where}.{name}", value[name])
-    for name in numbers:
-        _number(f"{where}.{name}", value[name], 0.0)
+def load_estimate(path: str | Path) -> Estimate:
+    """The estimate in a model file; raises InputError where the file is missing, no JSON, of another schema, or damaged."""
+    data = read_json(path, MAX_BYTES, "a model file that identify wrote", SCHEMA)
+    with naming(path, "model", REMEDY):
+        return _from_dict(data)
 
 
-def _listed(where: str, value: Any) -> list[Any]:
-    if not isinstance(value, list):
-        raise _misfit(where, value, "a list")
-    return value
+def _from_dict(data: dict[str, Any]) -> Estimate:
+    entries = READER.read(_Entries, data, "")
+    estimate = Estimate(
+        model=Model.from_dict(data),
+        estimator=estimator_from_dict(entries.estimator),
+        covariance=np.array(entries.covariance),
+        sigma=np.array(entries.sigma),
+        relative=np.array(entries.relative_percent),
+        effective_samples=np.array(entries.effective_samples),
+        certificate=entries.certificate,
+        filter=Filter(**entries.filter),
+        sources=entries.recordings,
+        layout=entries.columns,
+        drive_gains=entries.drive_gains,
+        blocks=entries.blocks,
+        prior_weight=entries.prior_weight,
+        shares=entries.shares,
+        base_shares=entries.base_shares,
+        active_constraints=entries.held,
+        shape_parameters=entries.shapes,
+    )
+    _check_sizes(estimate)
+    _check_shares(estimate)
+    _check_shape_parameters(estimate)
+    if estimate.layout is not None:
+        ColumnLayout.parse(estimate.layout)
+    if estimate.drive_gains is not None:
+        check_gains(estimate.drive_gains, estimate.model.robot.n, "the model")
+    return estimate
 
 
-def _numbers(where: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:
-    for k, one in enumerate(_listed(where, value)):
-        _number(f"{where}[{k}]", one, low, high)
+def _check_sizes(estimate: Estimate) -> None:
+    n, r = estimate.model.robot.n, estimate.base.r
+    sizes = {"covariance": (r, r), "sigma": (n,), "relative": (n,), "effective_samples": (n,)}
+    for name, size in sizes.items():
+        if (found := getattr(estimate, name).shape) != size:
+            raise InputError(f"{name} has shape {found}, expected {size}; {REMEDY}")
+    if (variances := np.diag(estimate.covariance)).min() < 0:
+        raise InputError(f"covariance has a variance of {variances.min():g}, expected none below zero; {REMEDY}")
 
 
-def _number(where: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise _misfit(where, value, "a finite number")
-    if not low <= value <= high:
-        raise _misfit(where, value, f"at least {low:g}" if high == math.inf else f"{low:g} to {high:g}")
+def _check_shares(estimate: Estimate) -> None:
+    """A physical estimate has a share for every base parameter; any other has no prior, and need not have shares."""
+    r = estimate.base.r
+    if len(estimate.base_shares) not in ((r,) if estimate.shares else (0, r)):
+        raise InputError(f"base_shares has {len(estimate.base_shares)} numbers, expected {r}; {REMEDY}")
+    if not isinstance(estimate.estimator, Physical) and (estimate.prior_weight is not None or estimate.shares):
+        raise InputError(f"prior_weight or shares are given for method {estimate.method}, which has no prior; {REMEDY}")
 
 
-def _whole(where: str, value: Any, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise _misfit(where, value, f"a whole number from {least}")
-
-
-def _text(where: str, value: Any) -> None:
-    if not isinstance(value, str):
-        raise _misfit(where, value, "a text")
-
-
-def _misfit(where: str, value: Any, expected: str) -> InputError:
-    text = repr(value)
-    shown = text if len(text) < 60 else f"{text[:57]}..."
-    return InputError(f"{where} is {shown}, expected {expected}; identify it again")
+def _check_shape_parameters(estimate: Estimate) -> None:
+    known = {(effect.name, shape.field) for effect in estimate.model.effects for shape in effect.shape_parameters}
+    for found in estimate.shape_parameters:
+        if (found.effect, found.field) not in known or found.joint > estimate.model.robot.n:
+            raise InputError(
+                f"shapes: the model has no {found.field} of {found.effect} on joint {found.joint}; {REMEDY}"
+            )

@@ -1,26 +1,25 @@
-"""An estimate as text on one screen: values, units, how sure, and what the data could not decide."""
+"""The printed form of an estimate on one screen: values, units, uncertainty, and what the data could not determine."""
 
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from physident.effects.catalogue import CATALOGUE
+from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import Physical
-from physident.estimation.physical.decision import BY_DATA, BY_PRIOR
-
-if TYPE_CHECKING:
-    from physident.estimation.estimate import Estimate
+from physident.estimation.physical.information_shares import BY_DATA, BY_PRIOR
+from physident.recordings.recording import recording_count
 
 WIDTH = 100  # characters of a line
-EDGE = 1.02  # a shape this close to the end of its grid was stopped by it
-LISTED = 12  # parameters listed one by one
+EDGE = 1.02  # a shape parameter within this factor of an end of its grid was limited by the grid
+MAX_LISTED = 12  # parameters listed one by one
+MAX_NAMES = 6  # vague base parameters named
 VAGUE = 0.5  # a base parameter whose standard error exceeds this share of its value is called vague
 
 
-def estimate_text(estimate: Estimate) -> str:
+def estimate_text(estimate: EstimatedModel) -> str:
     """The printed form of an estimate."""
     model, base, certificate = estimate.model, estimate.base, estimate.certificate
     used = sum(source.used for source in estimate.sources)
@@ -28,38 +27,33 @@ def estimate_text(estimate: Estimate) -> str:
     vague = np.flatnonzero(std > VAGUE * np.abs(values))
     prior = "" if estimate.prior_weight is None else _prior(estimate)
     rows = [
-        f"Estimate of {model.robot.name} by {estimate.method}{prior}: {counted(len(estimate.sources))}, {used:.0f} s in motion,"
+        f"Estimate of {model.robot.name} by {estimate.method}{prior}: {recording_count(len(estimate.sources))}, {used:.0f} s in motion,"
         f" cutoff {estimate.filter.cutoff:g} Hz",
-        f"{base.r} base parameters of {len(model.columns)}; the data decide {certificate.determined};"
+        f"{base.r} base parameters of {len(model.columns)}; the data determine {certificate.determined};"
         f" condition {certificate.condition:.3g}",
         "",
         *_joint_table(estimate),
         "",
-        "sigma: what is left of the torque; worth: how many independent samples that is, after its memory",
-        f"largest gradient left {certificate.stationarity:.1e} (0 is exact)" + _proof(estimate),
+        "sigma: standard deviation of the residual; worth: how many independent samples the residual amounts to",
+        f"largest remaining gradient {certificate.stationarity:.1e} (0 is exact)" + _proof(estimate),
     ]
     if estimate.shares:
         rows.append(_decided(estimate))
     if len(vague):
         worst = vague[np.argsort(-(std / np.maximum(np.abs(values), 1e-12))[vague])]
-        names = ", ".join(base.columns[base.independent[i]].name for i in worst[:6])
-        more = f" and {len(vague) - 6} more" if len(vague) > 6 else ""
+        names = ", ".join(base.columns[base.independent[i]].name for i in worst[:MAX_NAMES])
+        more = f" and {len(vague) - MAX_NAMES} more" if len(vague) > MAX_NAMES else ""
         rows.append(f"vague (standard error above half the value): {names}{more}")
     broken = "; ".join(estimate.violations[:3]) + ("; ..." if len(estimate.violations) > 3 else "")
     rows.append(
-        f"verdict: not physical: {broken}\n  (torques fix sums of parameters only: --method physical finds an arm that can exist)"
+        f"verdict: not physical: {broken}\n  (torques determine only sums of parameters; --method physical finds physically consistent values)"
         if broken
         else "verdict: physical: every link is a rigid body, friction dissipates"
     )
     return "\n".join(rows)
 
 
-def counted(recordings: int) -> str:
-    """A number of recordings in words."""
-    return "1 recording" if recordings == 1 else f"{recordings} recordings"
-
-
-def _prior(estimate: Estimate) -> str:
+def _prior(estimate: EstimatedModel) -> str:
     assert isinstance(estimate.estimator, Physical)
     prior = estimate.estimator.prior
     if prior.name == "none":
@@ -68,30 +62,34 @@ def _prior(estimate: Estimate) -> str:
     return f", {prior.name} prior of weight {estimate.prior_weight:g}{chosen}"
 
 
-def _proof(estimate: Estimate) -> str:
+def _proof(estimate: EstimatedModel) -> str:
     certificate = estimate.certificate
     if not estimate.shares:
         return ""
-    least = min(certificate.eigenvalues, default=0.0)
-    return f", cones violated by {certificate.primal:.1e}, gap {certificate.gap:.1e}; smallest share of a link's pseudo-inertia {least:.1e}"
+    smallest = min(certificate.eigenvalues, default=0.0)
+    return f", cones violated by {certificate.primal:.1e}, gap {certificate.gap:.1e}; smallest share of a link's pseudo-inertia {smallest:.1e}"
 
 
-def _decided(estimate: Estimate) -> str:
+def _decided(estimate: EstimatedModel) -> str:
     shares = np.array(estimate.shares)
     data, prior = np.count_nonzero(shares >= BY_DATA), np.count_nonzero(shares <= BY_PRIOR)
-    text = f"of {len(shares)} directions the data decided {data}, the prior {prior}, both {len(shares) - data - prior}"
-    leaning = [
+    text = f"of {len(shares)} parameter directions the data determine {data}, the prior {prior}, both {len(shares) - data - prior}"
+    dependent = [
         estimate.base.columns[i].name
         for i, s in zip(estimate.base.independent, estimate.base_shares, strict=True)
         if s < BY_DATA
     ]
-    if leaning:
-        more = f" and {len(leaning) - 8} more" if len(leaning) > 8 else ""
-        text += f"\nbase parameters that lean on the prior: {', '.join(leaning[:8])}{more}"
-    return text + (f"\nheld by a bound: {'; '.join(f'else {h}' for h in estimate.held)}" if estimate.held else "")
+    if dependent:
+        more = f" and {len(dependent) - 8} more" if len(dependent) > 8 else ""
+        text += f"\nbase parameters that depend on the prior: {', '.join(dependent[:8])}{more}"
+    return text + _active(estimate.active_constraints)
 
 
-def _joint_table(estimate: Estimate) -> list[str]:
+def _active(constraints: tuple[str, ...]) -> str:
+    return f"\nactive constraints, without which: {'; '.join(constraints)}" if constraints else ""
+
+
+def _joint_table(estimate: EstimatedModel) -> list[str]:
     """A row a joint; effects with one parameter a joint are columns, side by side as far as the width goes."""
     model = estimate.model
     counts = Counter((c.effect, c.joint) for c in model.columns)
@@ -115,19 +113,19 @@ def _joint_table(estimate: Estimate) -> list[str]:
         blocks[-1] = [row + more for row, more in zip(blocks[-1], column, strict=True)]
     rows = [row.rstrip() for block in blocks for row in (*block, "")][:-1]
     others = [i for i, c in enumerate(model.columns) if c.effect in effects and c.effect not in single]
-    for i in others[:LISTED]:
+    for i in others[:MAX_LISTED]:
         c = model.columns[i]
         rows.append(f"{c.name} = {_value(estimate.theta[i], errors[i])} {c.unit}")
-    if len(others) > LISTED:
-        rows.append(f"and {len(others) - LISTED} more values in the model file")
-    for f in estimate.shapes:
+    if len(others) > MAX_LISTED:
+        rows.append(f"and {len(others) - MAX_LISTED} more values in the model file")
+    for f in estimate.shape_parameters:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
-        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shape_parameters if shape.field == f.field]
-        rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at the edge of its search"))
+        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shapes if shape.field == f.field]
+        rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at an end of its search grid"))
     return rows
 
 
-def _cell(estimate: Estimate, errors: np.ndarray, effect: str, joint: int) -> str:
+def _cell(estimate: EstimatedModel, errors: np.ndarray, effect: str, joint: int) -> str:
     found = [i for i, c in enumerate(estimate.model.columns) if c.effect == effect and c.joint == joint]
     return _value(estimate.theta[found[0]], errors[found[0]]) if found else "-"
 

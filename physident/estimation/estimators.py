@@ -1,14 +1,15 @@
-"""The estimators by their public names, with their settings: what ``identify`` can be asked for."""
+"""The estimators by their public names, with their settings: the methods of ``identify``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar, Literal, cast
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from physident.errors import InputError
-from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 from physident.estimation.physical.prior import Entropic, Prior, make_prior, prior_from_dict
+from physident.json_records import Range, RecordReader
 
 HUBER = 1.345  # standard deviations: 95 % efficient for Gaussian noise, Huber "Robust Statistics" (1981), sec. 4.5
 
@@ -52,19 +53,19 @@ class Robust:
 
 @dataclass(frozen=True)
 class Physical:
-    """The most likely parameters among those that a real arm can have.
+    """The most likely parameters among the physically consistent ones.
 
     Every link's pseudo-inertia is positive semidefinite, rotor inertias are not negative, the friction of each joint
-    dissipates at every speed, and whatever cones other effects have. ``prior`` says what nominal values are worth;
-    ``loss`` "huber" combines with the robust loss. Known facts narrow the set: ``total_mass`` [kg] of the moving links,
-    ``shapes`` that contain a link, ``bounds`` of single parameters. ``resamples`` of the block bootstrap behind the
-    standard errors (0: linearised), drawn with ``seed``.
+    dissipates at every speed, and the cones of all other effects hold. ``prior`` states how far nominal values are
+    trusted; ``loss`` "huber" limits the influence of outliers. Further constraints are optional: ``total_mass`` [kg] of
+    the moving links, ``bounding_volumes`` that contain a link, ``bounds`` of single parameters. Standard errors come from
+    a block bootstrap with ``resamples`` (0: linearised), drawn with ``seed``.
     """
 
     prior: Prior = field(default_factory=Entropic)
     loss: Literal["squares", "huber"] = "squares"
     total_mass: float | None = None
-    shapes: tuple[Ellipsoid | Box, ...] = ()
+    bounding_volumes: tuple[Ellipsoid | Box, ...] = ()
     bounds: tuple[Bound, ...] = ()
     resamples: int = 100
     seed: int = 0
@@ -80,6 +81,8 @@ class Physical:
 
 
 Estimator = OLS | WLS | Robust | Physical
+VOLUMES = {"Ellipsoid": Ellipsoid, "Box": Box}
+READER = RecordReader("identify it again")
 ESTIMATORS: dict[str, Callable[..., Estimator]] = {e.name: e for e in (OLS, WLS, Robust, Physical)}
 
 
@@ -95,7 +98,7 @@ def make_estimator(method: str | Estimator) -> Estimator:
 def estimator_from_options(
     method: str, prior: str, prior_weight: str | None, loss: str, total_mass: float | None
 ) -> Estimator:
-    """The estimator of the command line's options; raises InputError where they do not go together."""
+    """The estimator of the command line's options; raises InputError for options of another method."""
     if method != Physical.name:
         if (prior, prior_weight, loss, total_mass) != (Entropic.name, None, "squares", None):
             raise InputError(
@@ -112,26 +115,32 @@ def estimator_from_options(
 
 
 def estimator_as_dict(estimator: Estimator) -> dict[str, Any]:
-    """Name and settings of an estimator, as JSON can hold them."""
+    """Name and settings of an estimator as plain numbers, texts and lists for JSON."""
     data: dict[str, Any] = {"method": estimator.name, **asdict(estimator)}
     if isinstance(estimator, Physical):
         data["prior"] = estimator.prior.as_dict()
-        data["shapes"] = [{"shape": type(s).__name__, **asdict(s)} for s in estimator.shapes]
+        del data["bounding_volumes"]
+        data["shapes"] = [{"shape": type(v).__name__, **asdict(v)} for v in estimator.bounding_volumes]
     return data
 
 
 def estimator_from_dict(data: dict[str, Any]) -> Estimator:
-    """The estimator that ``estimator_as_dict`` described."""
+    """The estimator that ``estimator_as_dict`` described; raises InputError, naming the entry, for a wrong value."""
+    method = READER.read(str, data["method"], "estimator.method")
     settings = {key: value for key, value in data.items() if key != "method"}
-    if data["method"] == Physical.name:
-        kinds = {"Ellipsoid": Ellipsoid, "Box": Box}
+    for name in ("resamples", "seed"):
+        if name in settings:
+            READER.read(Annotated[int, Range(0)], settings[name], f"estimator.{name}")
+    if method == Physical.name:
+        volumes, bounds = settings.pop("shapes"), settings["bounds"]
         settings["prior"] = prior_from_dict(settings["prior"])
-        settings["shapes"] = tuple(
-            kinds[s["shape"]](**{k: tuple(v) if isinstance(v, list) else v for k, v in s.items() if k != "shape"})
-            for s in settings["shapes"]
+        settings["bounding_volumes"] = tuple(
+            READER.read(VOLUMES[volume["shape"]], volume, f"estimator.shapes[{i}]") for i, volume in enumerate(volumes)
         )
-        settings["bounds"] = tuple(Bound(**b) for b in settings["bounds"])
-    return ESTIMATORS[data["method"]](**settings)
+        settings["bounds"] = READER.read(tuple[Bound, ...], bounds, "estimator.bounds")
+    if method not in ESTIMATORS:
+        raise InputError(f"estimator.method is {method!r}, expected one of {', '.join(ESTIMATORS)}; {READER.remedy}")
+    return ESTIMATORS[method](**settings)
 
 
 def _among(what: str, value: str, allowed: tuple[str, ...]) -> None:

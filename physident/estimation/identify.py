@@ -1,4 +1,4 @@
-"""From recordings to an estimate: prepare, stack, solve, and say how sure."""
+"""From recordings to an estimate: prepare the signals, build the regressor, solve, and compute the uncertainty."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.estimate import Estimate, Source
-from physident.estimation.estimators import WLS, Estimator, Physical, Robust, make_estimator
-from physident.estimation.least_squares import least_squares
-from physident.estimation.nearest import nearest_to
+from physident.estimation.estimate import Estimate
+from physident.estimation.estimated_model import Source
+from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
+from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
-from physident.estimation.shape_errors import Slopes, shape_slopes
-from physident.estimation.shapes import settle
-from physident.identifiability.base_parameters import find_base_parameters
-from physident.recordings.checks import check_effort, refuse_twice
+from physident.estimation.shape_parameters import settle
+from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
+from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
+from physident.recordings.checks import check_effort, refuse_duplicates
+from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
-from physident.recordings.signals import MOVING_SPEED, Filter, Signals, prepare
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
@@ -41,61 +42,62 @@ def identify(
 ) -> Estimate:
     """Identify the parameters of some effects of a robot from recordings; returns an ``Estimate``.
 
-    ``method`` is "ols", "wls" (each joint by its own residual), "robust" (outliers count linearly), "physical" (only
-    what a real arm can be, with a prior), or one of the objects of these names with its settings. ``columns`` is only
-    remembered in the estimate. Raises InputError for recordings that do not fit the robot or where a joint with
-    effects of its own never moves, for efforts that cannot be the arm's, for a prior or bounds that do not fit the model; NotSolvedError where the estimator
-    does not settle, bounds contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
+    ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
+    (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
+    ``columns`` is only stored in the estimate, as the default layout of other recordings. Raises InputError for
+    recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
+    that cannot be the arm's, and for a prior or bounds that do not fit the model; NotSolvedError where the estimator does
+    not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
     filter = filter or Filter()
-    made = make_effects(effects)
+    initial = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
-    refuse_twice(recordings)
-    _refuse_free_scale(robot, made)
-    _refuse_still_joints(robot, made, signals)
-    found, regressor = settle(robot, made, signals, filter)
-    estimate = estimate_from(robot, found, regressor, recordings, estimator, filter, columns)
-    slopes = shape_slopes(robot, made, found, estimate.theta, signals, filter)
-    return with_shape_errors(estimate, regressor, slopes)
+    refuse_duplicates(recordings)
+    _refuse_free_scale(robot, initial)
+    _refuse_still_joints(robot, initial, signals)
+    settled, regressor = settle(robot, initial, signals, filter)
+    estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
+    sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
+    return with_shape_uncertainty(estimate, regressor, sensitivities)
 
 
-def with_shape_errors(estimate: Estimate, regressor: Regressor, slopes: Slopes) -> Estimate:
-    """The estimate with what the uncertainty of its found shapes adds: to first order a shape is one more column."""
+def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:
+    """The estimate with the uncertainty of its shape parameters added: to first order each is one more column."""
     robot, effects = estimate.model.robot, estimate.model.effects
-    if not slopes.places:
+    if not sensitivities.places:
         return estimate
-    grown, base = slopes.added_to(regressor, estimate.base)
-    nominal = np.concatenate([Model.nominal(robot, effects).theta, np.zeros(len(slopes.places))])
+    extended, base = sensitivities.added_to(regressor, estimate.base)
+    nominal = np.concatenate([Model.nominal(robot, effects).theta, np.zeros(len(sensitivities.places))])
     noise = "equal" if estimate.method == "ols" else "diagonal"
-    covariance = least_squares(grown, base, nominal, noise).covariance
+    covariance = least_squares(extended, base, nominal, noise).covariance
     r = estimate.base.r
-    # a physical estimate's own covariance also holds what its prior knows: only the shapes' share is added to it
+    # the covariance of a physical estimate also contains its prior: only the shape parameters' part is added to it
     added = (
         covariance[:r, :r] - least_squares(regressor, estimate.base, nominal[: len(estimate.theta)], noise).covariance
     )
     total = covariance[:r, :r] if estimate.method in ("ols", "wls") else estimate.covariance + _positive(added)
-    return replace(estimate, covariance=total, shapes=slopes.found(robot, effects, covariance))
+    return replace(estimate, covariance=total, shape_parameters=sensitivities.found(robot, effects, covariance))
 
 
 def _positive(matrix: Array) -> Array:
-    """The nearest symmetric matrix (r, r) without negative eigenvalues: noise of a difference is no certainty."""
+    """The nearest symmetric matrix (r, r) without negative eigenvalues, which rounding of a difference may cause."""
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
     return (vectors * np.maximum(values, 0.0)) @ vectors.T
 
 
 def prepare_all(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:
-    """Signals of recordings that each have the robot's joints, some motion, and torques that can be the robot's own; raises
-    InputError naming the file."""
+    """Signals of recordings; raises InputError, naming the file, for another number of joints, no motion, or torques that
+    cannot be the robot's."""
     signals = prepare_moving(robot, recordings, filter)
     check_effort(recordings, robot)
     return signals
 
 
 def prepare_moving(robot: Robot, recordings: Sequence[Recording], filter: Filter) -> list[Signals]:
-    """Signals as ``prepare_all`` makes them, whatever the efforts: to look at a recording, or where their unit is sought."""
+    """Signals as from ``prepare_all`` without a check of the efforts: for inspection, or where drive gains are unknown."""
     signals = []
     for recording in recordings:
         if recording.n != robot.n:
@@ -118,37 +120,65 @@ def estimate_from(
     filter: Filter,
     columns: str | None = None,
 ) -> Estimate:
-    """The estimate of a regressor that is already built: what ``identify`` and left-out studies share."""
+    """The estimate of a regressor that is already built."""
     estimator = make_estimator(method)
     base = find_base_parameters(robot, effects)
     nominal = Model.nominal(robot, effects).theta
     sources = tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings))
     if isinstance(estimator, Physical):
-        from physident.estimation.physical.consistent import solve_physical  # cvxpy takes a second to import
+        from physident.estimation.physical.physical_fit import solve_physical  # cvxpy takes a second to import
 
-        found = solve_physical(regressor, base, robot, effects, nominal, estimator)
+        physical = solve_physical(regressor, base, robot, effects, nominal, estimator)
         return Estimate(
-            Model(robot, effects, found.theta), estimator, found.covariance, found.sigma,
-            _relative(regressor, found.theta), found.effective_samples, found.certificate, filter, sources,
-            columns, shared_gains(recordings), found.blocks, found.prior_weight,
-            tuple(float(s) for s in found.decision.shares), tuple(float(s) for s in found.decision.base), found.held,
-        )  # fmt: skip
-    if isinstance(estimator, Robust):
-        solution = robust_least_squares(regressor, base, nominal, estimator.threshold)
-    else:
-        noise = estimator.noise if isinstance(estimator, WLS) else "equal"
-        solution = least_squares(regressor, base, nominal, noise)
-    theta = nearest_to(nominal, base, solution.base)
+            model=Model(robot, effects, physical.theta),
+            estimator=estimator,
+            covariance=physical.covariance,
+            sigma=physical.sigma,
+            relative=_relative(regressor, physical.theta),
+            effective_samples=physical.effective_samples,
+            certificate=physical.certificate,
+            filter=filter,
+            sources=sources,
+            layout=columns,
+            drive_gains=shared_gains(recordings),
+            blocks=physical.blocks,
+            prior_weight=physical.prior_weight,
+            shares=tuple(float(share) for share in physical.shares.directions),
+            base_shares=tuple(float(share) for share in physical.shares.base),
+            active_constraints=physical.active_constraints,
+        )
+    solution = _least_squares_solution(regressor, base, nominal, estimator)
+    theta = base.nearest(nominal, solution.base)
     matrices = physical_cones(robot, effects).matrices
-    certificate = Certificate(
-        solution.stationarity, solution.condition, int(solution.determined.sum()), solution.iterations,
-        eigenvalues=tuple(smallest_share(m.at(theta)) for m in matrices),
-    )  # fmt: skip
     return Estimate(
-        Model(robot, effects, theta), estimator, solution.covariance, solution.sigma, _relative(regressor, theta),
-        solution.effective_samples, certificate, filter, sources, columns, shared_gains(recordings), solution.blocks,
-        base_shares=tuple(float(d) for d in solution.determined),
-    )  # fmt: skip
+        model=Model(robot, effects, theta),
+        estimator=estimator,
+        covariance=solution.covariance,
+        sigma=solution.sigma,
+        relative=_relative(regressor, theta),
+        effective_samples=solution.effective_samples,
+        certificate=Certificate(
+            stationarity=solution.stationarity,
+            condition=solution.condition,
+            determined=int(solution.determined.sum()),
+            iterations=solution.iterations,
+            eigenvalues=tuple(smallest_share(matrix.at(theta)) for matrix in matrices),
+        ),
+        filter=filter,
+        sources=sources,
+        layout=columns,
+        drive_gains=shared_gains(recordings),
+        blocks=solution.blocks,
+        base_shares=tuple(float(determined) for determined in solution.determined),
+    )
+
+
+def _least_squares_solution(
+    regressor: Regressor, base: BaseParameters, nominal: Array, estimator: OLS | WLS | Robust
+) -> Solution:
+    if isinstance(estimator, Robust):
+        return robust_least_squares(regressor, base, nominal, estimator.threshold)
+    return least_squares(regressor, base, nominal, estimator.noise if isinstance(estimator, WLS) else "equal")
 
 
 def smallest_share(P: Array) -> float:
@@ -159,7 +189,7 @@ def smallest_share(P: Array) -> float:
 
 
 def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:
-    """With every joint's torque constant free and every mass too, the scale of all torques is anybody's choice."""
+    """With every joint's torque constant and every mass free, the scale of all torques is undetermined."""
     scaled = {joint for e in effects if e.name == "torque_constant" for joint in e.active(robot)}
     if len(scaled) == robot.n and any(effect.name == "rigid_body" for effect in effects):
         raise InputError(
@@ -169,7 +199,7 @@ def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:
 
 
 def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> None:
-    """A joint that never moves hides its own friction and rotor: columns that vanish without its motion."""
+    """The friction and rotor inertia of a joint that never moves cannot be identified: their columns are zero."""
     speed = np.max([np.abs(one.v).max(axis=0) for one in signals], axis=0)
     rest = Model.nominal(robot).refer(Signals.of_states(*np.zeros((3, 1, robot.n))))
     for j in np.flatnonzero(speed < MOVING_SPEED):
@@ -178,8 +208,10 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
             rows = effect.pattern(robot)
             if not effect.pointwise or effect.shape_parameters:
                 continue
-            own = effect.name != "rigid_body" and (rows[:, 0] == j).any()
-            if own and not np.abs(effect.values(robot, rest)[rows[:, 0] == j]).any():
+            on_joint = rows[:, 0] == j
+            if effect.name == "rigid_body" or not on_joint.any():
+                continue
+            if not np.abs(effect.values(robot, rest)[on_joint]).any():
                 hidden.append(effect.name)
         if hidden:
             raise InputError(

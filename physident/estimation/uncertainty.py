@@ -1,10 +1,10 @@
-"""Standard errors that survive autocorrelated residuals: a jackknife over blocks far longer than their memory.
+"""Standard errors for autocorrelated residuals: a jackknife over blocks much longer than the residuals' correlation time.
 
-Residuals of real arms are correlated over a second and more: thousands of rows are worth hundreds, and textbook errors
-are several times too small. Leaving out one block at a time needs no model of the noise; unlike sums of scores over
-blocks it does not shrink with the parameters that the same residuals have already paid for (MacKinnon, Nielsen, Webb,
-"Cluster-robust inference: a guide to empirical practice" (2023), the estimator CV3). Student's t with one degree of
-freedom less than there are blocks turns errors into intervals.
+Residuals of real arms are correlated over a second and more: thousands of rows amount to hundreds of independent samples,
+and textbook standard errors are several times too small. Leaving out one block at a time needs no model of the noise.
+Unlike sums of scores over blocks, it is not biased low by the parameters fitted to the same residuals (MacKinnon,
+Nielsen, Webb, "Cluster-robust inference: a guide to empirical practice" (2023), the estimator CV3). Intervals use
+Student's t with one degree of freedom less than there are blocks.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ BLOCK_PERIODS = 10  # a block lasts this many correlation times, where the data 
 FEWEST_BLOCKS = 8  # below, Student's t is wider than any interval worth printing
 SHORTEST_PERIODS = 2  # correlation times in a block, below which blocks are not independent
 RANK_TOLERANCE = 1e-8  # of the largest singular value, columns scaled to unit length
-LEVERAGE_FLOOR = 1e-6  # share of a direction's information that other blocks must hold
+LEVERAGE_FLOOR = 1e-6  # smallest share of a direction's information in the other blocks
 
 
 @dataclass(frozen=True, eq=False)
 class Jackknife:
-    """What each of G blocks does to an estimate.
+    """The influence of each of G blocks on an estimate.
 
-    ``deviations`` (G, r): how far the base parameters move when it is left out; ``pushes`` (G, r): the gradient that
-    moves them as far with all blocks present.
+    ``deviations`` (G, r): change of the base parameters when the block is left out; ``pushes`` (G, r): the gradient that
+    causes the same change with all blocks present.
     """
 
     deviations: Array
@@ -46,7 +46,7 @@ class Jackknife:
 
     @property
     def shrink(self) -> float:
-        """(G - 1) / G: what turns the sum of squares over blocks into a variance."""
+        """(G - 1) / G: factor from the sum of squares over blocks to a variance."""
         return (self.blocks - 1) / self.blocks
 
     @property
@@ -70,15 +70,15 @@ def jackknife(
     curvature of data and prior together, None for the data alone. Directions without curvature have no deviation.
     """
     A = base_rows(regressor, base)
-    bent = A if curvature is None else A * np.sqrt(curvature)[:, :, None]
-    H = np.einsum("mjr,mjs->rs", bent, bent, optimize=True) if information is None else information
+    curved = A if curvature is None else A * np.sqrt(curvature)[:, :, None]
+    H = np.einsum("mjr,mjs->rs", curved, curved, optimize=True) if information is None else information
     scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
     values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # root root^T is the inverse information
     deviations, pushes = [], []
     for block in _rows_of_blocks(regressor, correlation):
-        rows = bent[block].reshape(-1, base.r)
+        rows = curved[block].reshape(-1, base.r)
         Z = rows @ root
         score = np.einsum("mjr,mj->r", A[block], influence[block])
         share, directions = np.linalg.eigh(np.eye(Z.shape[1]) - Z.T @ Z)
@@ -93,7 +93,7 @@ def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np
     if length < SHORTEST_PERIODS * correlation:
         seconds = total / regressor.kept_rate
         warn(
-            f"{seconds:.3g} s of motion hold {total / correlation:.0f} independent samples: standard errors are rough;"
+            f"{seconds:.3g} s of motion contain {total / correlation:.0f} independent samples: standard errors are rough;"
             " record longer or more often"
         )
     labels = block_labels(regressor.segment, length)

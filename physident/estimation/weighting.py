@@ -1,4 +1,4 @@
-"""A regressor in units of its noise: what every estimator solves after it has decided how far to trust each row."""
+"""Weighting, whitening and compressing a regressor: the steps that all estimators share."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Compressed:
-    """R (r, r), z (r,), rest with |rows|^2 = |R b - z|^2 + rest for base parameters b; ``rows`` is their number."""
+    """The QR factor of a regressor: |residual|^2 = |R b - z|^2 + rest for base parameters b (r,), with R (r, r), z (r,).
+
+    ``rows`` is the number of rows behind it.
+    """
 
     R: Array
     z: Array

@@ -63,12 +63,12 @@ def detectable_magnitudes(model: Model, rivals: Rivals, motion: Motion, noise: N
             baseline = Baseline.of(regressor, 1 / (noise.sigma * np.sqrt(memory)))
             samples = len(regressor.time) * float(np.mean(1 / memory)) * n
             for variant in rivals.on(name, joint):
-                judged = baseline.judge(build_regressor(model.robot, [variant], [signals], filter, model=model))
+                projection = baseline.project(build_regressor(model.robot, [variant], [signals], filter, model=model))
                 shape = tuple(
                     float(v[0]) for s in variant.shape_parameters if (v := getattr(variant, s.field)) is not None
                 )
                 for k, column in enumerate(variant.columns(model.robot)):
-                    inner, outside = float(judged.inner[k, k]), float(judged.outside[k, k])
+                    inner, outside = float(projection.gram[k, k]), float(projection.outside_gram[k, k])
                     shows = outside > 1e-9 * inner > 0
                     magnitude = _magnitude(outside, samples) if shows else float("inf")
                     result.append(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Family
 
 FORMATS = (".png", ".pdf", ".svg")

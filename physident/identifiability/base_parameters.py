@@ -16,8 +16,8 @@ from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-TOLERANCE = 1e-7  # share of a column's length outside the columns before it, below which it is their combination
-NOTHING = 1e-9  # of the effect's largest column: below it a column is rounding
+TOLERANCE = 1e-7  # share of a column's length outside the accepted columns, below which it depends on them
+ZERO = 1e-9  # of the effect's largest column: a smaller column is rounding
 STATES = 400
 WIDTH = 100  # characters of a printed line
 RATE = 20.0  # Hz
@@ -57,6 +57,14 @@ class BaseParameters:
         """Base parameters (r,) of parameters (p,)."""
         return theta[self.independent] + self.beta @ theta[self.dependent]
 
+    def nearest(self, nominal: Array, values: Array) -> Array:
+        """The parameters (p,) nearest to ``nominal`` (p,) whose base parameters are ``values`` (r,).
+
+        What no motion can show keeps its nominal value.
+        """
+        K = self.grouping
+        return nominal + K.T @ np.linalg.solve(K @ K.T, values - K @ nominal)
+
     def expressions(self) -> list[str]:
         """Each base parameter as a sum of standard parameters, for example "Izz_1 + Iyy_2 + 0.18 m_3"."""
         return [self._expression(i) for i in range(self.r)]
@@ -71,7 +79,9 @@ class BaseParameters:
 
     def __repr__(self) -> str:
         accepted, rejected = self.rank_gap
-        rows = [f"{self.r} base parameters of {len(self.columns)}: the sums of parameters that torques depend on"]
+        rows = [
+            f"{self.r} base parameters of {len(self.columns)} parameters: the sums of parameters that torques depend on"
+        ]
         for i, text in enumerate(self.expressions(), 1):
             rows += textwrap.wrap(text, WIDTH, initial_indent=f"  {i:3d}  ", subsequent_indent=" " * 9)
         rows.append(
@@ -82,7 +92,7 @@ class BaseParameters:
 
 
 def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0) -> BaseParameters:
-    """Base parameters of a robot with some effects, from a random motion: what any motion could show.
+    """Base parameters of a robot with some effects: the ones that motions in general can show, found with a random motion.
 
     Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
     """
@@ -99,7 +109,7 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
 def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
     """A random motion (count samples at 20 Hz) inside the robot's position limits, one turn either way at most.
 
-    Five sines a joint of random frequency and phase: generic enough that what it does not show, no motion shows.
+    Five sines a joint of random frequency and phase: generic, so that a parameter it does not show is shown by no motion.
     """
     rng = np.random.default_rng(seed)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
@@ -129,10 +139,10 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
     basis = np.zeros((len(R), 0))
     shares, independent = np.zeros(p), []
     for i in range(p):
-        if size[i] <= NOTHING * largest[columns[i].effect]:
+        if size[i] <= ZERO * largest[columns[i].effect]:
             continue
         rest = R[:, i] / size[i]
-        for _ in range(2):  # the second pass removes what rounding left of the first
+        for _ in range(2):  # the second pass removes the rounding errors of the first
             rest = rest - basis @ (basis.T @ rest)
         shares[i] = np.linalg.norm(rest)
         if shares[i] > TOLERANCE:

@@ -1,4 +1,4 @@
-"""What recordings can show of every effect: effect x joint x question, before anything is diagnosed."""
+"""Which effects recordings can show, on which joint, before anything is diagnosed."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-ZERO = 1e-6  # of the effect's largest column: below it a column is rounding
+ZERO = 1e-6  # of the effect's largest column: a smaller column is rounding
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One effect on some joints (empty: the whole arm): ``new`` and ``refitted``, the share of its columns' energy that
-    shows when the baseline is held (recordings new to a model) and when it is refitted along (the recordings a model was
-    fitted to). Zero: nothing shows; ``cutoff`` [Hz] it needs, 0 for any."""
+    """One effect on some joints (empty: the whole arm).
+
+    ``new`` and ``refitted`` are shares of the energy of its columns, 0 where nothing is visible: with a fixed baseline, as
+    for recordings that a model was not fitted to, and with a baseline that is refitted. ``cutoff`` [Hz] that the effect
+    needs, 0 for any.
+    """
 
     effect: str
     joints: tuple[int, ...]
@@ -55,10 +58,10 @@ class Identifiability:
 def measure_identifiability(
     robot: Robot, signals: Sequence[Signals], filter: Filter, baseline: Sequence[Effect] | None = None
 ) -> Identifiability:
-    """For every effect of the catalogue and every joint, the share of its columns that a baseline cannot imitate.
+    """For every effect of the catalogue and every joint, the share of its columns that a baseline cannot reproduce.
 
-    The ``baseline`` is the five default effects unless given; one of its own effects is judged against the others. Each
-    joint's torque counts alike. Shape parameters stand in the middle of their grids.
+    The ``baseline`` is the five default effects unless given; an effect that it contains is compared with its others. Each
+    joint's torque counts alike. Shape parameters are in the middle of their grids.
     """
     effects = tuple(make_effects(DEFAULT_EFFECTS) if baseline is None else baseline)
     model = Model.nominal(robot, effects)
@@ -66,7 +69,7 @@ def measure_identifiability(
     whole = build_regressor(robot, effects, signals, filter)
     size = np.sqrt((whole.torque**2).mean(axis=0))
     weights = 1 / np.where(size > 0, size, 1.0)
-    against = Baseline.of(whole, weights)
+    whole_model = Baseline.of(whole, weights)
     cells = []
     for name, cls in CATALOGUE.items():
         if cls.detection is Detection.NEVER:
@@ -74,14 +77,13 @@ def measure_identifiability(
         row = []
         for joints in cls.scope.places(robot.n):
             candidate = cls.at_grid_middle(joints or None)
-            own = [effect for effect in effects if effect.name == name]
-            rest = against
-            if own:
+            fitted = whole_model
+            if any(effect.name == name for effect in effects):
                 others = _without(effects, name, joints, robot.n)
-                rest = Baseline.of(build_regressor(robot, others, signals, filter), weights)
-            judged = rest.judge(build_regressor(robot, [candidate], signals, filter, model=model))
+                fitted = Baseline.of(build_regressor(robot, others, signals, filter), weights)
+            projection = fitted.project(build_regressor(robot, [candidate], signals, filter, model=model))
             needed = max((candidate.cutoff_needed(robot, one) for one in signals), default=0.0)
-            row.append((joints, float(np.sqrt(np.trace(judged.inner))), judged.share, needed))
+            row.append((joints, float(np.sqrt(np.trace(projection.gram))), projection.share, needed))
         largest = max((norm for _, norm, _, _ in row), default=0.0)  # no row: neighbours of an arm of one joint
         for joints, norm, share, needed in row:
             shown = norm > ZERO * largest > 0
@@ -105,17 +107,21 @@ def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], n:
 def _text(table: Identifiability) -> list[str]:
     rows = [f"{'effect':<28}" + "".join(f"{'J' + str(j):>8}" for j in range(1, table.joints + 1)) + "   needs"]
     for name in dict.fromkeys(c.effect for c in table.cells):
-        own = [c for c in table.cells if c.effect == name]
-        cells = "".join(_cell(c) for c in own)
-        needed = max(c.cutoff for c in own)
+        row = [c for c in table.cells if c.effect == name]
+        cells = "".join(_cell(c) for c in row)
+        needed = max(c.cutoff for c in row)
         band = f"{needed:.1f} Hz" if needed > table.cutoff else ""
         rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}")
-    rows.append("share of its torque that a refitted baseline cannot imitate; . inside the baseline, cannot tell,")
-    rows.append("unless the baseline is held (recordings new to a model); o no torque at all: cannot be seen")
+    rows.append(
+        "share of its torque that a refitted baseline cannot reproduce; . none: it cannot be distinguished from the baseline,"
+    )
+    rows.append(
+        "unless the baseline is fixed (recordings that the model was not fitted to); o no torque at all: it cannot be seen"
+    )
     hidden = sum(c.refitted < VISIBLE for c in table.cells)
     never = sum(c.new == 0 for c in table.cells)
     rows.append(
-        f"verdict: of {len(table.cells)} cells {never} show nothing and {hidden - never} more lie inside the baseline"
+        f"verdict: of {len(table.cells)} cells {never} show nothing and {hidden - never} more cannot be distinguished from the baseline"
     )
     return rows
 

@@ -39,7 +39,7 @@ class Manipulability:
         )
 
     def as_dict(self) -> dict[str, float]:
-        """Its numbers as JSON can hold them."""
+        """Its numbers for JSON."""
         return {
             "lowest": float(self.measure.min()),
             "median": float(np.median(self.measure)),
@@ -71,8 +71,8 @@ def measure_manipulability(robot: Robot, q: Array) -> Manipulability:
     chain = _chain(robot)
     J = np.empty((len(q), 6, len(chain)))
     for k, pose in enumerate(q):
-        own = pin.computeJointJacobian(model, data, pose, model.njoints - 1).reshape(6, -1)  # flat for one joint
-        J[k] = tool.toActionMatrixInverse() @ own[:, chain]
+        jacobian = pin.computeJointJacobian(model, data, pose, model.njoints - 1).reshape(6, -1)  # flat for one joint
+        J[k] = tool.toActionMatrixInverse() @ jacobian[:, chain]
     size = np.linalg.svd(J, compute_uv=False)
     scaled = J.copy()
     scaled[:, :3] /= _reach(robot)

@@ -1,4 +1,4 @@
-"""What a candidate column adds to a baseline that is refitted with it: its part outside the baseline, and its gain."""
+"""What candidate columns add to a baseline that is refitted with them: their part outside the baseline, and their gain."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ INSIDE = 1e-8  # share of a candidate's energy outside the baseline below which 
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """A fitted baseline, ready to judge candidates: its independent columns' factor R (r, r) after the joints'
-    ``weights`` (n,) [1/(N m)], and the weighted residual (M, n) that no refit of it can lower."""
+    """A fitted baseline onto which candidates are projected.
+
+    ``R`` (r, r) is the QR factor of its ``independent`` (r,) columns after the joints' ``weights`` (n,) [1/(N m)],
+    ``residual`` (M, n) the weighted residual after the fit.
+    """
 
     regressor: Regressor
     independent: NDArray[np.intp]
@@ -43,51 +46,54 @@ class Baseline:
         residual = (regressor.torque - regressor.predict(theta)) * weights
         return Baseline(regressor, independent, weights, factor[:r, :r], residual)
 
-    def judge(self, candidate: Regressor) -> Judged:
-        """What a candidate's columns (k) on the same rows would add, all of them together."""
+    def project(self, candidate: Regressor) -> Projection:
+        """The projection of a candidate's columns (k), all of them together, on the same rows."""
         k = len(candidate.columns)
-        inner, outer = np.zeros((k, k)), np.zeros((len(self.independent), k))
+        gram, cross = np.zeros((k, k)), np.zeros((len(self.independent), k))
         slope = np.zeros(k)
         place = np.full(len(self.regressor.columns), -1)
         place[self.independent] = np.arange(len(self.independent))
-        for j, (rows, own) in enumerate(zip(candidate.joints, self.regressor.joints, strict=True)):
+        for j, (rows, baseline_rows) in enumerate(zip(candidate.joints, self.regressor.joints, strict=True)):
             if not len(rows.columns):
                 continue
             C = rows.values * self.weights[j]
-            inner[np.ix_(rows.columns, rows.columns)] += C.T @ C
+            gram[np.ix_(rows.columns, rows.columns)] += C.T @ C
             slope[rows.columns] += C.T @ self.residual[:, j]
-            mine = np.flatnonzero(place[own.columns] >= 0)
-            cross = (own.values[:, mine] * self.weights[j]).T @ C
-            outer[np.ix_(place[own.columns[mine]], rows.columns)] += cross
-        inside = solve_triangular(self.R, outer, trans=1) if len(self.R) else outer
-        return Judged(inner, inner - inside.T @ inside, slope)
+            used = np.flatnonzero(place[baseline_rows.columns] >= 0)
+            products = (baseline_rows.values[:, used] * self.weights[j]).T @ C
+            cross[np.ix_(place[baseline_rows.columns[used]], rows.columns)] += products
+        inside = solve_triangular(self.R, cross, trans=1) if len(self.R) else cross
+        return Projection(gram, gram - inside.T @ inside, slope)
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
-    """A candidate's columns against a baseline: ``inner`` (k, k) their products, ``outside`` (k, k) those of their parts
-    outside the baseline, ``slope`` (k,) their product with the residual."""
+class Projection:
+    """A candidate's columns relative to a baseline.
 
-    inner: Array
-    outside: Array
+    ``gram`` (k, k) their inner products, ``outside_gram`` (k, k) those of their parts outside the baseline, ``slope`` (k,)
+    their inner products with the residual.
+    """
+
+    gram: Array
+    outside_gram: Array
     slope: Array
 
     @property
     def share(self) -> float:
-        """Share of the columns' energy that the baseline cannot imitate, 0 where they are zero."""
-        size = float(np.trace(self.inner))
-        return max(0.0, float(np.trace(self.outside)) / size) if size > 0 else 0.0
+        """Share of the columns' energy that the baseline cannot reproduce, 0 where they are zero."""
+        energy = float(np.trace(self.gram))
+        return max(0.0, float(np.trace(self.outside_gram)) / energy) if energy > 0 else 0.0
 
     @property
     def gain(self) -> float:
-        """By how much the squared weighted residual falls when the columns join the baseline."""
+        """Decrease of the squared weighted residual when the columns join the baseline."""
         return float(self.slope @ self.values)
 
     @property
     def values(self) -> Array:
-        """The columns' parameters (k,) when they join; zero along directions inside the baseline."""
-        scale = np.sqrt(np.maximum(np.diag(self.inner), 1e-300))
-        size, vectors = np.linalg.eigh(self.outside / np.outer(scale, scale))
-        kept = size > INSIDE
+        """The columns' parameters (k,) when they join the baseline; zero along directions inside it."""
+        scale = np.sqrt(np.maximum(np.diag(self.gram), 1e-300))
+        energy, vectors = np.linalg.eigh(self.outside_gram / np.outer(scale, scale))
+        kept = energy > INSIDE
         directions = vectors[:, kept] / scale[:, None]
-        return directions @ ((directions.T @ self.slope) / size[kept])
+        return directions @ ((directions.T @ self.slope) / energy[kept])

@@ -1,4 +1,4 @@
-"""What recordings cannot show: for each parameter, the share of its column that no other column can imitate."""
+"""Which parameters recordings can show: for each, the share of its column that the other columns cannot reproduce."""
 
 from __future__ import annotations
 
@@ -37,9 +37,11 @@ class Visibility:
             rows.append(f"{label:<26}" + "".join(_cell(cells[j]) if j in cells else " " * 9 for j in sorted(cells)))
         hidden = sum(not s >= VISIBLE for s in self.share)
         rows.append(
-            "share of each column's energy that the other columns cannot imitate; . is none, o is no excitation"
+            "share of each column's energy that the other columns cannot reproduce; . is none, o is no excitation"
         )
-        return "\n".join([*rows, f"verdict: {hidden} of {len(self.columns)} parameters cannot be told from the rest"])
+        return "\n".join(
+            [*rows, f"verdict: {hidden} of {len(self.columns)} parameters cannot be distinguished from the others"]
+        )
 
 
 def measure_visibility(regressor: Regressor) -> Visibility:

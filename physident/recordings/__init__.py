@@ -1,5 +1,5 @@
-"""Recordings: what an arm measured, with the rows that cannot be trusted left out and named.
+"""Recordings: the measurements of an arm, without the rows that are physically impossible.
 
-``recording`` is the data, ``load`` and ``rows`` make it from a file or arrays, ``signals`` puts it on a uniform clock and
-through the filter. Start with ``load.load_recordings``.
+``recording`` is the data, ``load``, ``layout`` and ``rows`` make it from a file or arrays, ``preparation`` turns it into
+``signals`` on a uniform clock with velocity and acceleration. Start with ``load.load_recordings``.
 """

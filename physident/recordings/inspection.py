@@ -1,29 +1,33 @@
-"""What a recording holds before anything is fitted to it: clock, ranges, rest, agreement of its channels, its band."""
+"""Facts about a recording before anything is fitted to it: clock, ranges, standstill, velocity check, frequency bands."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.recordings.preparation import prepare
 from physident.recordings.recording import BadRow, Recording
-from physident.recordings.signals import MOVING_SPEED, Filter, prepare
+from physident.recordings.signals import MOVING_SPEED, Filter
 
 Array = NDArray[np.float64]
 BAND_SHARE = 0.99  # of a signal's power above its noise floor
+NOISE_FACTOR = 3  # noise floors: a chi-squared bin of noise rarely exceeds it
+MAX_BAD_ROWS = 20  # bad rows that are listed
 MIN_REST = 0.3  # s: a shorter standstill is a reversal
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Inspection:
     """Facts about one recording of n joints.
 
-    ``rate`` [Hz] the median one; ``jitter`` [s] standard deviation and ``longest`` [s] longest step of the clock;
-    ``position`` (n, 2) [rad|m], ``speed`` (n,) [rad/s|m/s], ``effort`` (n, 2) ranges; ``velocity_error`` (n,) [%] and
-    ``velocity_delay`` (n,) [s] of the measured velocity against the derivative of position, NaN where either is missing
-    or the joint stands still; ``rest`` the intervals [s] without motion; ``motion_band``, ``effort_band`` (n,) [Hz]
-    below which 99 % of the power above the noise lies; ``cutoff`` [Hz] suggested for the filter.
+    ``rate`` [Hz] from the median step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
+    steps; ``position`` (n, 2) [rad|m] and ``effort`` (n, 2) [N m|A] ranges, ``speed`` (n,) [rad/s|m/s] maximum;
+    ``velocity_error`` (n,) [%] and ``velocity_delay`` (n,) [s] of the measured velocity relative to the derivative of
+    position, NaN where velocity is not measured or the joint stands still; ``rest`` the intervals [s] of standstill;
+    ``motion_band``, ``effort_band`` (n,) [Hz] below which 99 % of the power above the noise lies; ``cutoff`` [Hz] suggested
+    for the filter.
     """
 
     recording: Recording
@@ -42,7 +46,7 @@ class Inspection:
 
     @property
     def bad_rows(self) -> tuple[BadRow, ...]:
-        """The rows that were left out, by number and reason."""
+        """The rows that were left out, with the reason."""
         return self.recording.rejected
 
     def __repr__(self) -> str:
@@ -50,7 +54,7 @@ class Inspection:
 
 
 def inspect_recording(recording: Recording) -> Inspection:
-    """Facts about a recording; works for currents without drive gains. Raises InputError where nothing is contiguous."""
+    """Facts about a recording; works for currents without drive gains. Raises InputError for a recording without a contiguous part."""
     step = np.diff(recording.time)
     rate = 1 / float(np.median(step))
     wide = Filter(cutoff=min(10.0, 0.3 * rate))
@@ -61,7 +65,7 @@ def inspect_recording(recording: Recording) -> Inspection:
     longest = max(signals.segments, key=lambda s: s.stop - s.start)
     motion = np.array([_band(signals.v[longest, j], signals.rate) for j in range(recording.n)])
     effort = np.array([_band(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
-    reach = np.array([_reach(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
+    noise_from = np.array([_noise_from(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
     return Inspection(
         recording=recording,
         rate=rate,
@@ -75,7 +79,7 @@ def inspect_recording(recording: Recording) -> Inspection:
         rest=_rest(signals.time, signals.v),
         motion_band=motion,
         effort_band=effort,
-        cutoff=_suggest(motion, reach, rate),
+        cutoff=_suggest(motion, noise_from, rate),
     )
 
 
@@ -83,8 +87,6 @@ def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tup
     """Difference [%] after the best shift, and that shift [s], of measured velocity against the derivative of position."""
     if recording.dq is None:
         return np.nan, np.nan
-    from dataclasses import replace
-
     signals = prepare(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
     assert signals.torque is not None
     part = max(signals.segments, key=lambda s: s.stop - s.start)
@@ -94,8 +96,8 @@ def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tup
     # least squares for a small shift: measured(t) = derived(t - d) is derived - d * its derivative to first order
     slope = np.gradient(derived, 1 / signals.rate)
     delay = -float(slope @ (measured - derived)) / float(slope @ slope)
-    rest = measured - derived + delay * slope
-    return 100 * float(np.linalg.norm(rest) / np.linalg.norm(derived)), delay
+    difference = measured - derived + delay * slope
+    return 100 * float(np.linalg.norm(difference) / np.linalg.norm(derived)), delay
 
 
 def _spectrum(values: Array, rate: float) -> tuple[Array, Array, float]:
@@ -109,26 +111,26 @@ def _spectrum(values: Array, rate: float) -> tuple[Array, Array, float]:
 def _band(values: Array, rate: float) -> float:
     """Frequency [Hz] below which 99 % of the power above the noise floor lies."""
     frequency, power, floor = _spectrum(values, rate)
-    excess = np.maximum(power - 3 * floor, 0.0)  # three floors: a chi-squared bin of noise rarely exceeds it
+    excess = np.maximum(power - NOISE_FACTOR * floor, 0.0)
     if not excess.any():
         return 0.0
     return float(frequency[np.searchsorted(np.cumsum(excess), BAND_SHARE * excess.sum())])
 
 
-def _reach(values: Array, rate: float) -> float:
-    """Frequency [Hz] at which a signal first sinks into its noise floor."""
+def _noise_from(values: Array, rate: float) -> float:
+    """Lowest frequency [Hz] at which a signal is no stronger than its noise floor."""
     frequency, power, floor = _spectrum(values, rate)
-    sunk = np.flatnonzero(power <= 3 * floor)
-    return float(frequency[sunk[0] if len(sunk) else -1])
+    noise = np.flatnonzero(power <= NOISE_FACTOR * floor)
+    return float(frequency[noise[0] if len(noise) else -1])
 
 
-def _suggest(motion: Array, reach: Array, rate: float) -> float:
-    """Ten times the band of motion, which keeps friction's steps at the reversals, but not past where torque is noise.
+def _suggest(motion: Array, noise_from: Array, rate: float) -> float:
+    """Ten times the band of motion, which keeps the steps of friction at reversals, up to where torque is only noise.
 
     The factor is the usual one between a robot's motion and the filter: Gautier, "Dynamic identification of robots with
     power model" (1997), sec. 4. The joint with the widest band decides, within what the clock allows.
     """
-    widest = float(np.max(np.minimum(10 * motion, reach), initial=0.0))
+    widest = float(np.max(np.minimum(10 * motion, noise_from), initial=0.0))
     return float(np.clip(round(widest, 1), 2.0, 0.2 * rate)) if widest > 0 else min(5.0, 0.2 * rate)
 
 
@@ -144,7 +146,7 @@ def _facts(i: Inspection) -> list[str]:
     resting = sum(stop - start for start, stop in i.rest)
     unit = "N m"
     if r.effort_kind == "current":
-        unit = "A, its drive gains given" if r.drive_gains is not None else "A, drive gains needed for torque"
+        unit = "A, with drive gains" if r.drive_gains is not None else "A, without drive gains"
     rows = [
         r.source,
         f"{r.n} joints, {r.duration:.2f} s, {len(r.time)} rows at {i.rate:.4g} Hz"
@@ -152,11 +154,9 @@ def _facts(i: Inspection) -> list[str]:
         f"effort: {r.effort_kind} [{unit}]; rest: {resting:.1f} s in {len(i.rest)} phase{'' if len(i.rest) == 1 else 's'}"
         + (f"; columns ignored: {len(r.ignored)}" if r.ignored else ""),
     ]
-    for start in range(0, len(i.bad_rows), 1):
-        if start == 20:
-            rows.append(f"  and {len(i.bad_rows) - 20} more bad rows")
-            break
-        rows.append(f"  bad row {i.bad_rows[start].row}: {i.bad_rows[start].reason}")
+    rows += [f"  bad row {bad.row}: {bad.reason}" for bad in i.bad_rows[:MAX_BAD_ROWS]]
+    if len(i.bad_rows) > MAX_BAD_ROWS:
+        rows.append(f"  and {len(i.bad_rows) - MAX_BAD_ROWS} more bad rows")
     return rows
 
 
@@ -179,7 +179,7 @@ def _table(i: Inspection) -> list[str]:
 
 def _verdict(i: Inspection) -> str:
     if len(i.rest) == 1 and i.rest[0][1] - i.rest[0][0] > 0.95 * i.recording.duration:
-        return "verdict: no joint moves; a static pose shows gravity and stiction only and cannot be identified from"
+        return "verdict: no joint moves; a static pose shows only gravity and stiction, which is not enough to identify a model"
     still = [str(j + 1) for j in range(i.recording.n) if i.speed[j] < MOVING_SPEED]
     parts = [f"suggested --cutoff {i.cutoff:g}"]
     if still:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 
 Array = NDArray[np.float64]
+EffortKind = Literal["torque", "current"]
 
 
 @dataclass(frozen=True)
@@ -26,17 +28,17 @@ class BadRow:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What an arm of n joints measured, N good rows in order of time.
+    """Measurements of an arm of n joints: N good rows in order of time.
 
-    ``time`` (N,) [s], ``q`` (N, n) [rad|m], ``dq`` (N, n) [rad/s|m/s] or None, ``effort`` (N, n) which is a torque [N m]
-    or, where ``effort_kind`` is "current", a motor current [A] that ``drive_gains`` (n,) [N m/A] turn into one;
-    ``temperature`` (N, n) [degC] or None. ``rejected`` names the rows that were left out, ``ignored`` the columns.
+    ``time`` (N,) [s], ``q`` (N, n) [rad|m], ``dq`` (N, n) [rad/s|m/s] or None, ``effort`` (N, n): a torque [N m] or, for
+    ``effort_kind`` "current", a motor current [A], which ``drive_gains`` (n,) [N m/A] convert to a torque;
+    ``temperature`` (N, n) [degC] or None. ``rejected`` are the rows that were left out, ``ignored`` the unused columns.
     """
 
     time: Array
     q: Array
     effort: Array
-    effort_kind: str
+    effort_kind: EffortKind
     dq: Array | None = None
     temperature: Array | None = None
     drive_gains: tuple[float, ...] | None = None
@@ -78,7 +80,7 @@ class Recording:
             return self.effort
         if self.drive_gains is None:
             raise InputError(
-                f"{self.source}: holds motor currents [A] but no drive gains; give one for each joint [N m/A]:"
+                f"{self.source}: has motor currents [A] but no drive gains; give one for each joint [N m/A]:"
                 ' drive_gains=(...) or --drive-gains "10.7 10.7 10.7 10.2 10.2 10.2"'
             )
         return self.effort * np.array(self.drive_gains)
@@ -95,10 +97,21 @@ class Recording:
         """The same recording with drive gains (n,) [N m/A]."""
         return replace(self, drive_gains=tuple(float(g) for g in gains))
 
+    def with_default_drive_gains(self, gains: Sequence[float] | None) -> Recording:
+        """The same recording with drive gains (n,) [N m/A] where it has currents and no gains yet, as for a model's."""
+        if self.effort_kind == "torque" or self.drive_gains is not None or gains is None:
+            return self
+        return self.with_drive_gains(gains)
+
     def __repr__(self) -> str:
         rate = (len(self.time) - 1) / self.duration if self.duration > 0 else float("nan")
         text = f"Recording {self.source}: {self.n} joints, {self.duration:.1f} s at {rate:.0f} Hz, {self.effort_kind}"
         return text + (f", {len(self.rejected)} bad rows left out" if self.rejected else "")
+
+
+def recording_count(count: int) -> str:
+    """A number of recordings in words: "1 recording", "2 recordings"."""
+    return "1 recording" if count == 1 else f"{count} recordings"
 
 
 def check_gains(gains: Sequence[float], n: int, source: str) -> None:

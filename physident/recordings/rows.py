@@ -1,4 +1,4 @@
-"""From raw rows to a recording: rows that no arm can have measured are left out and named."""
+"""From raw rows to a recording: physically impossible rows are left out, with their number and the reason."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.recordings.layout import Channels
 from physident.recordings.recording import BadRow, Recording
 
 Array = NDArray[np.float64]
@@ -24,56 +25,61 @@ MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of b
 
 
 def recording_from_rows(
-    time: Array,
-    q: Array,
-    dq: Array | None,
-    effort: Array,
-    temperature: Array | None,
-    effort_kind: str,
-    source: str,
-    rows: NDArray[np.intp] | None = None,
-    rejected: Sequence[BadRow] = (),
+    channels: Channels, source: str, rows: NDArray[np.intp] | None = None, rejected: Sequence[BadRow] = ()
 ) -> Recording:
-    """A recording from raw arrays (N,) and (N, n): rows that cannot be are left out and named.
+    """A recording from raw channels: rows that are physically impossible are left out, each with its reason.
 
-    Left out: values that are not finite, absurd ones, a clock that stands or runs backwards, bursts between impossible
-    steps of position. Raises InputError for degrees, milliseconds, under two seconds, over half the rows bad.
+    Left out are values that are missing or absurdly large, rows where the clock stands or runs backwards, and short bursts
+    between impossible steps of position. ``rows`` (N,) are the rows' numbers in the file, ``rejected`` rows that could not
+    be read. Raises InputError for positions in degrees, a clock in milliseconds, under two seconds of good rows, and over
+    half the rows bad.
     """
+    time, q = channels.time, channels.q
     rows = np.arange(1, len(time) + 1) if rows is None else rows
-    total = len(time) + len(rejected)
-    reasons = np.full(len(time), "", dtype=object)
-    channels = {"position": q, "velocity": dq, "effort": effort, "temperature": temperature}
     _refuse_degrees(q, source)
-    finite = np.isfinite(time)
-    for name, values in channels.items():
-        if values is not None:
-            finite &= np.isfinite(values).all(axis=1)
-            with np.errstate(invalid="ignore"):
-                reasons[(np.abs(values) > ABSURD[name]).any(axis=1)] = (
-                    f"absurd {name} (above {ABSURD[name]:g} {UNITS[name]})"
-                )
-    reasons[~finite] = "a value is missing or not finite"
-    good = np.flatnonzero(reasons == "")
-    late = good[_not_increasing(time[good])]
-    reasons[late] = "the clock stands or runs backwards"
-    good = np.flatnonzero(reasons == "")
-    reasons[good[_bursts(time[good], q[good])]] = f"between two jumps of position (above {MAX_SPEED:g} rad/s)"
+    reasons = _reasons(channels)
     keep = reasons == ""
     bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
-    if len(bad) > total / 2:
-        first = min(bad, key=lambda b: b.row)
+    bad.sort(key=lambda row: row.row)
+    if len(bad) > (total := len(time) + len(rejected)) / 2:
         raise InputError(
-            f"{source}: {len(bad)} of {total} rows are bad (row {first.row}: {first.reason}); expected under half: check --columns and units"
+            f"{source}: {len(bad)} of {total} rows are bad (row {bad[0].row}: {bad[0].reason}); expected under half: check --columns and units"
         )
-    time = np.array(time[keep], dtype=float)
-    _check_clock(time, source)
+    _check_clock(time[keep], source)
 
     def kept(values: Array | None) -> Array | None:
         return None if values is None else np.array(values[keep], dtype=float)
 
-    q, effort = np.array(q[keep], dtype=float), np.array(effort[keep], dtype=float)
-    order = tuple(sorted(bad, key=lambda b: b.row))
-    return Recording(time, q, effort, effort_kind, kept(dq), kept(temperature), source=source, rejected=order)
+    return Recording(
+        time=np.array(time[keep], dtype=float),
+        q=np.array(q[keep], dtype=float),
+        effort=np.array(channels.effort[keep], dtype=float),
+        effort_kind=channels.effort_kind,
+        dq=kept(channels.dq),
+        temperature=kept(channels.temperature),
+        source=source,
+        rejected=tuple(bad),
+    )
+
+
+def _reasons(channels: Channels) -> NDArray[np.object_]:
+    """Why each row (N,) is left out; an empty text for a good row."""
+    time, q = channels.time, channels.q
+    reasons = np.full(len(time), "", dtype=object)
+    finite = np.isfinite(time)
+    values_by_name = {"position": q, "velocity": channels.dq, "effort": channels.effort}
+    for name, values in (values_by_name | {"temperature": channels.temperature}).items():
+        if values is not None:
+            finite &= np.isfinite(values).all(axis=1)
+            with np.errstate(invalid="ignore"):
+                too_large = (np.abs(values) > ABSURD[name]).any(axis=1)
+            reasons[too_large] = f"absurd {name} (above {ABSURD[name]:g} {UNITS[name]})"
+    reasons[~finite] = "a value is missing or not finite"
+    good = np.flatnonzero(reasons == "")
+    reasons[good[_not_increasing(time[good])]] = "the clock stands or runs backwards"
+    good = np.flatnonzero(reasons == "")
+    reasons[good[_bursts(time[good], q[good])]] = f"between two jumps of position (above {MAX_SPEED:g} rad/s)"
+    return reasons
 
 
 def _refuse_degrees(q: Array, source: str) -> None:
@@ -102,7 +108,7 @@ def _check_clock(time: Array, source: str) -> None:
 
 
 def _not_increasing(time: Array) -> NDArray[np.intp]:
-    """Indices outside the longest strictly increasing subsequence: the fewest rows whose removal mends the clock."""
+    """Indices outside the longest strictly increasing subsequence: the fewest rows whose removal repairs the clock."""
     if len(time) < 2 or (np.diff(time) > 0).all():
         return np.empty(0, dtype=np.intp)
     tails: list[float] = []

@@ -1,10 +1,8 @@
-"""Signals: a recording on a uniform clock with its derivatives, and the one filter that both sides will pass."""
+"""Signals: motion and torque on a uniform clock, and the one filter that torque and regressor columns pass."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -12,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.recording import Recording
-from physident.recordings.rows import position_jumps
 
 Array = NDArray[np.float64]
 MIN_CUTOFF = 0.01  # Hz: the filter then lasts 500 s, longer than any recording's motion
 MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
 MOVING_MARGIN = 0.2  # s
-PASSBAND = 8.0  # times the cutoff: what derivatives of the measured motion let pass
-ROWS = 16  # filtered at once: the wider, the more products with zero; the narrower, the more calls
+ROWS = 16  # filtered at once: more rows mean more products with zero, fewer rows more calls
 
 
 @dataclass(frozen=True)
@@ -28,7 +23,7 @@ class Filter:
     """A linear-phase FIR low-pass and the decimation after it; torque and every regressor column pass the same one.
 
     ``cutoff`` [Hz] is where the gain is one half; ``rate`` [Hz] is the uniform clock recordings are resampled to, None
-    for each recording's own (the median of its steps).
+    for the recording's own rate (from the median step of its clock).
     """
 
     cutoff: float = 5.0
@@ -41,7 +36,7 @@ class Filter:
             raise InputError(f"rate is {self.rate} Hz, expected a positive frequency")
 
     def decimation(self, rate: float) -> int:
-        """Every how many samples one is kept: at least four samples for each period of the cutoff remain."""
+        """Number of samples for each kept row: at least four rows for each period of the cutoff remain."""
         return max(1, int(rate / (4 * self.cutoff)))
 
     def taps(self, rate: float) -> Array:
@@ -97,9 +92,12 @@ class Signals:
     """Motion and torque of n joints at N instants, uniform in time within each contiguous segment.
 
     ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] (N, n); ``torque`` (N, n) [N m|N] or None;
-    ``starts`` the first sample of each segment; ``temperature`` (N, n) [degC] or None; ``origin`` [s] when the recording
-    began; ``recording`` its hash; ``cutoff`` [Hz] of the filter they will pass. A model adds what it makes of the motion (``Model.refer``): ``links`` (10 n,) its link
-    parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) that of all but measurement effects.
+    ``temperature`` (N, n) [degC] or None; ``starts`` the first sample of each segment; ``rate`` [Hz]; ``cutoff`` [Hz] of
+    the filter that they will pass; ``origin`` [s] the recording's first time and ``recording`` its hash.
+
+    ``Model.refer`` adds the torques that a model predicts for the motion, which the columns of some effects depend on:
+    ``links`` (10 n,) its link parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) the torque
+    of all but the measurement effects.
     """
 
     time: Array
@@ -141,7 +139,7 @@ class Signals:
         return float(self.time[fast[0]] - MOVING_MARGIN), float(self.time[fast[-1]] + MOVING_MARGIN)
 
     def from_model(self, name: str) -> Array:
-        """``links``, ``load`` or ``motor``; raises InputError where no model has been asked, see ``Model.refer``."""
+        """``links``, ``load`` or ``motor``; raises InputError for signals without a model, see ``Model.refer``."""
         value = getattr(self, name)
         if value is None:
             raise InputError(f"{self.source}: an effect needs the model's {name}, expected signals from Model.refer")
@@ -158,79 +156,3 @@ class Signals:
             torque=cut(self.torque), temperature=cut(self.temperature), load=cut(self.load), motor=cut(self.motor),
             starts=(0,),
         )  # fmt: skip
-
-
-def prepare(recording: Recording, filter: Filter) -> Signals:
-    """Signals of a recording: resampled to a uniform clock, with velocity and acceleration.
-
-    Velocity is the measured one where there is one, else the derivative of position. Derivatives are local fits of
-    fourth order over a window that passes eight times the cutoff, so that the common filter, not this one, decides.
-    Gaps in time and steps of position split the recording into segments. Raises InputError for currents without gains,
-    a cutoff too high for the rate, or no segment long enough for the filter.
-    """
-    step = float(np.median(np.diff(recording.time)))
-    rate = filter.rate or round(1 / step, 3)
-    filter.taps(rate)
-    parts: list[Signals] = []
-    for rows in _contiguous(recording, step, filter):
-        time = recording.time[rows]
-        count = int((time[-1] - time[0]) * rate + 1e-6) + 1
-        if filter.kept(count, rate):
-            parts.append(_uniform(recording, rows, time[0] + np.arange(count) / rate, rate, filter))
-    if not parts:
-        need = len(filter.taps(rate)) / rate
-        raise InputError(
-            f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s);"
-            " use a higher cutoff or a better recording"
-        )
-    return _joined(parts, rate, recording)
-
-
-def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
-    """One contiguous part of a recording on a uniform clock."""
-
-    def resampled(values: Array) -> Array:
-        time = recording.time[rows]
-        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
-
-    q = resampled(recording.q)
-    passband = PASSBAND * filter.cutoff
-    v = derivative(q, 1, rate, passband) if recording.dq is None else resampled(recording.dq)
-    a = derivative(q, 2, rate, passband) if recording.dq is None else derivative(v, 1, rate, passband)
-    warmth = None if recording.temperature is None else resampled(recording.temperature)
-    return Signals(clock, q, v, a, resampled(recording.torque), warmth, rate=rate, cutoff=filter.cutoff)
-
-
-def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
-    """Parts one after another; each is a segment."""
-
-    def joined(name: str) -> Array | None:
-        arrays = [getattr(part, name) for part in parts]
-        return None if arrays[0] is None else np.concatenate(arrays)
-
-    time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
-    starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
-    return Signals(
-        time, q, v, a, joined("torque"), joined("temperature"), starts, rate, parts[0].cutoff,
-        recording.source, float(recording.time[0]), recording.sha256,
-    )  # fmt: skip
-
-
-def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:
-    """Slices of rows without a gap in time longer than a quarter of the cutoff's period or an impossible step."""
-    longest = max(5 * step, 0.25 / filter.cutoff)
-    gaps = np.flatnonzero(np.diff(recording.time) > longest) + 1
-    edges = sorted({0, *gaps.tolist(), *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
-    return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
-
-
-def derivative(values: Array, order: int, rate: float, passband: float) -> Array:
-    """Derivative of some order (N, ...) over time of uniform samples (N, ...) at ``rate`` [Hz], by local fits of fourth
-    order over a window that passes ``passband`` [Hz]."""
-    from scipy.signal import savgol_filter
-
-    passband = min(passband, 0.4 * rate)
-    # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
-    half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
-    half = min(half, (len(values) - 1) // 2)
-    return np.asarray(savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0))

@@ -30,7 +30,7 @@ def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
     status = "not found"
     for place in _places(c, used.path):
         try:
-            recording = load_recording(place, c.columns)
+            recording = load_recording(place, c.layout)
         except (InputError, OSError, ValueError) as error:
             status = f"cannot be read again: {error}"
             continue

@@ -1,7 +1,7 @@
 """A robot from a Denavit-Hartenberg table (standard convention, with calibration offsets), written as URDF.
 
-Everything downstream reads URDF, so a table has one meaning only: the URDF made here. A link's DH frame i sits at its
-far end; a URDF link frame sits on its own joint's axis. The two differ by the constant Tz(d) Tx(a) Rx(alpha).
+All other modules read URDF, so this is the only place that interprets a table. The DH frame of a link is at its far end;
+its URDF frame is on the axis of its joint. The two differ by the constant Tz(d) Tx(a) Rx(alpha).
 """
 
 from __future__ import annotations
@@ -11,6 +11,11 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+import pinocchio
+import pinocchio.utils
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 def urdf_from_table(table: dict[str, Any]) -> str:
@@ -26,15 +31,15 @@ def urdf_from_table(table: dict[str, Any]) -> str:
             joint.get(key, 0.0) + calibration.get(key, 0.0) for key in ("d", "a", "alpha_deg", "offset_deg")
         )
         link = f"link_{number}"
-        lines += _joint(joint, number, parent, link, placement @ _rotation_z(math.radians(offset)))
-        placement = _translation(a, 0.0, d) @ _rotation_x(math.radians(alpha))
+        lines += _joint(joint, number, parent, link, placement @ _rotation("z", offset))
+        placement = _translation(a, 0.0, d) @ _rotation("x", alpha)
         lines += _link(link, joint, joint, placement)
         parent = link
     lines += ['  <link name="tool0"/>', *_fixed("flange", parent, "tool0", placement), "</robot>", ""]
     return "\n".join(lines)
 
 
-def _joint(joint: dict, number: int, parent: str, child: str, placement: np.ndarray) -> list[str]:
+def _joint(joint: dict, number: int, parent: str, child: str, placement: Array) -> list[str]:
     lower, upper = joint.get("limits", [-2 * math.pi, 2 * math.pi])
     return [
         f"  <joint name={quoteattr(joint.get('name', f'joint_{number}'))} type={quoteattr(joint.get('kind', 'revolute'))}>",
@@ -48,7 +53,7 @@ def _joint(joint: dict, number: int, parent: str, child: str, placement: np.ndar
     ]
 
 
-def _fixed(name: str, parent: str, child: str, placement: np.ndarray) -> list[str]:
+def _fixed(name: str, parent: str, child: str, placement: Array) -> list[str]:
     head = f'  <joint name="{name}" type="fixed">'
     return [
         head,
@@ -59,7 +64,7 @@ def _fixed(name: str, parent: str, child: str, placement: np.ndarray) -> list[st
     ]
 
 
-def _link(name: str, inertial: dict | None, shapes: dict, placement: np.ndarray) -> list[str]:
+def _link(name: str, inertial: dict | None, shapes: dict, placement: Array) -> list[str]:
     lines = [f'  <link name="{name}">']
     if inertial is not None and "mass" in inertial:
         com = placement @ np.append(inertial.get("com", [0.0, 0.0, 0.0]), 1.0)
@@ -80,8 +85,8 @@ def _link(name: str, inertial: dict | None, shapes: dict, placement: np.ndarray)
     return [*lines, "  </link>"]
 
 
-def _capsule(kind: str, start: np.ndarray, end: np.ndarray, radius: float) -> list[str]:
-    """A capsule in plain URDF, which knows none: a cylinder and a sphere at each end."""
+def _capsule(kind: str, start: Array, end: Array, radius: float) -> list[str]:
+    """A capsule as a cylinder with a sphere at each end: URDF has no capsules."""
     at, length = _along(start, end)
     cylinder = f'<cylinder radius="{radius!r}" length="{length!r}"/>'
     shapes = [(at, cylinder)]
@@ -89,42 +94,28 @@ def _capsule(kind: str, start: np.ndarray, end: np.ndarray, radius: float) -> li
     return [f"    <{kind}>{_origin(place)}<geometry>{shape}</geometry></{kind}>" for place, shape in shapes]
 
 
-def _along(start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, float]:
-    """Placement halfway between two points with z along them, and their distance."""
+def _along(start: Array, end: Array) -> tuple[Array, float]:
+    """Placement (4, 4) halfway between two points with z along them, and their distance [m]."""
     length = float(np.linalg.norm(end - start))
     z = (end - start) / length
-    helper = np.eye(3)[np.argmin(np.abs(z))]
-    x = np.cross(helper, z) / np.linalg.norm(np.cross(helper, z))
-    placement = np.eye(4)
-    placement[:3, :3] = np.column_stack([x, np.cross(z, x), z])
-    placement[:3, 3] = (start + end) / 2
+    placement = _translation(*((start + end) / 2))
+    placement[:3, :3] = pinocchio.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), z).matrix()
     return placement, length
 
 
-def _origin(placement: np.ndarray) -> str:
-    R, p = placement[:3, :3], placement[:3, 3]
-    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
-    if math.hypot(R[0, 0], R[1, 0]) > 1e-9:
-        roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
-    else:  # gimbal lock: only the sum of roll and yaw matters
-        roll, yaw = math.atan2(-R[1, 2], R[1, 1]), 0.0
-    numbers = [" ".join(repr(float(x) + 0.0) for x in triple) for triple in (p, (roll, pitch, yaw))]
+def _origin(placement: Array) -> str:
+    rpy = pinocchio.rpy.matrixToRpy(placement[:3, :3])
+    numbers = [" ".join(repr(float(x) + 0.0) for x in triple) for triple in (placement[:3, 3], rpy)]
     return f'<origin xyz="{numbers[0]}" rpy="{numbers[1]}"/>'
 
 
-def _translation(x: float, y: float, z: float) -> np.ndarray:
+def _translation(x: float, y: float, z: float) -> Array:
     T = np.eye(4)
     T[:3, 3] = x, y, z
     return T
 
 
-def _rotation_x(angle: float) -> np.ndarray:
+def _rotation(axis: str, degrees: float) -> Array:
     T = np.eye(4)
-    T[1:3, 1:3] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
-    return T
-
-
-def _rotation_z(angle: float) -> np.ndarray:
-    T = np.eye(4)
-    T[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    T[:3, :3] = pinocchio.utils.rotate(axis, math.radians(degrees))
     return T

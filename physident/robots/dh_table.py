@@ -10,7 +10,7 @@ from typing import Any
 from physident.errors import InputError
 
 SCHEMA = "physident.dh/1"
-ABSURD = 1e9  # of any number in a table
+LARGEST = 1e9  # of any number in a table
 TOP_KEYS = ("schema", "name", "base", "joints", "gravity", "tool_speed_limit")
 NUMBERS = {"d": 0, "a": 0, "alpha_deg": 0, "offset_deg": 0, "mass": 0, "com": 3, "inertia": 6, "limits": 2}
 NUMBERS |= dict.fromkeys(("velocity_limit", "acceleration_limit", "torque_limit"), 0)
@@ -43,11 +43,11 @@ def parse_table(text: str, source: str) -> dict[str, Any]:
         _check_joint(joint, f"{source}: joint {number}")
     names = [joint.get("name", f"joint_{number}") for number, joint in enumerate(joints, 1)]
     if twice := [name for name in names if names.count(name) > 1]:
-        raise InputError(f"{source}: joint name {twice[0]!r} is there twice, expected each once")
-    bare = [number for number, joint in enumerate(joints, 1) if "drive" not in joint]
-    if 0 < len(bare) < len(joints):
+        raise InputError(f"{source}: joint name {twice[0]!r} is given twice, expected each once")
+    without_drive = [number for number, joint in enumerate(joints, 1) if "drive" not in joint]
+    if 0 < len(without_drive) < len(joints):
         raise InputError(
-            f"{source}: joint {bare[0]} has no drive while others have; expected one for each joint or none"
+            f"{source}: joint {without_drive[0]} has no drive but other joints have one; expected a drive for each joint or none"
         )
     return table
 
@@ -105,14 +105,14 @@ def _check_name(entries: dict[str, Any], where: str) -> None:
 
 
 def _check_numbers(entries: dict[str, Any], sizes: dict[str, int], where: str) -> None:
-    """Each entry that is there is a finite number (size 0) or a list of as many; None stands for a missing one."""
+    """Checks that each entry is a finite number (size 0) or a list of that many; None stands for a missing one."""
     for key, size in sizes.items():
         if key not in entries:
             continue
         numbers = entries[key] if size and isinstance(entries[key], list) else [entries[key]]
-        plain = all(type(x) in (int, float) and abs(x) <= ABSURD for x in numbers)
+        plain = all(type(x) in (int, float) and abs(x) <= LARGEST for x in numbers)
         if not plain or len(numbers) != max(size, 1) or (size and not isinstance(entries[key], list)):
-            came = "missing" if entries[key] is None else repr(entries[key])
+            found = "missing" if entries[key] is None else repr(entries[key])
             raise InputError(
-                f"{where}: {key} is {came}, expected {f'{size} finite numbers' if size else 'a finite number'}"
+                f"{where}: {key} is {found}, expected {f'{size} finite numbers' if size else 'a finite number'}"
             )

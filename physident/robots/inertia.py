@@ -1,4 +1,4 @@
-"""Rigid-body inertia: the ten parameters of a link, its pseudo-inertia matrix, and what makes it physical."""
+"""Rigid-body inertia: the ten parameters of a link, its pseudo-inertia matrix, and the conditions of a rigid body."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 PARAMETER_NAMES = ("m", "mcx", "mcy", "mcz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 PARAMETER_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m^2",) * 6
-TINY = 1e-9  # of the largest of ten parameters: beside it a mass is nothing
+TINY = 1e-9  # of the largest of ten parameters: a smaller mass is rounding
 Array = NDArray[np.float64]
 
 
@@ -29,7 +29,7 @@ def link_parameters(P: Array) -> Array:
 
 
 def violations(phi: Array, tolerance: float = 1e-9) -> list[str]:
-    """The condition of a rigid body that ten link parameters (10,) break, with its likely cause; empty if physical.
+    """The condition of a rigid body that ten link parameters (10,) violate, with its likely cause; empty if physical.
 
     A body is physical when its pseudo-inertia matrix is positive semidefinite, that is: mass not negative, inertia
     about the centre of mass not negative along any axis, and no principal inertia above the sum of the other two.

@@ -1,25 +1,21 @@
-"""A robot arm: its joints, where they sit, its links' nominal inertia, its limits and drives."""
+"""A robot arm: its joints and their placement, its links' nominal inertia, its limits and drives."""
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError, warn
-from physident.files import read_text
-from physident.robots import dh, dh_table, inertia, urdf
+from physident.errors import InputError
+from physident.robots.dh_table import DRIVE, LARGEST
+from physident.robots.urdf import pinocchio_model
 
 Array = NDArray[np.float64]
-BUILT_IN = ("ur5",)
 MAX_GRAVITY = 1e3  # m/s^2
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -51,24 +47,20 @@ class Drive:
     motor_friction: tuple[float, float]
 
     def __post_init__(self) -> None:
-        for name, size in dh_table.DRIVE.items():
+        for name, size in DRIVE.items():
             values = np.asarray(getattr(self, name))
-            if (
-                values.dtype.kind not in "if"
-                or values.size != max(size, 1)
-                or not (np.abs(values) <= dh_table.ABSURD).all()
-            ):
+            if values.dtype.kind not in "if" or values.size != max(size, 1) or not (np.abs(values) <= LARGEST).all():
                 raise InputError(f"drive: {name} is {getattr(self, name)!r}, expected {max(size, 1)} finite numbers")
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot arm of n joints as its URDF describes it; bodies fixed to one joint count as one link.
+    """A robot arm of n joints as its URDF describes it; bodies that are fixed to one joint count as one link.
 
-    ``urdf`` is the text itself; ``gravity`` (3,) [m/s^2] in the base frame. ``nominal`` (10 n,) holds the links'
-    parameters in Pinocchio's order; ``lower``, ``upper`` [rad|m], ``velocity_limit`` [rad/s|m/s],
-    ``acceleration_limit`` [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite where the robot states none.
-    ``tool`` (3,) [m] is the origin of the last fixed frame, in the frame of joint n.
+    ``urdf`` is the text itself; ``gravity`` (3,) [m/s^2] in the base frame. ``nominal`` (10 n,) are the links' parameters
+    in Pinocchio's order; ``lower``, ``upper`` [rad|m], ``velocity_limit`` [rad/s|m/s], ``acceleration_limit``
+    [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite for a joint without a limit. ``tool`` (3,) [m] is the
+    origin of the last fixed frame, in the frame of joint n.
     """
 
     name: str
@@ -87,7 +79,7 @@ class Robot:
     tool: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        _gravity(self.gravity)
+        checked_gravity(self.gravity)
         model = self.pinocchio
         joints = tuple(_joint(model, i) for i in range(1, model.njoints))
         nominal = np.concatenate([body.toDynamicParameters() for body in list(model.inertias)[1:]])
@@ -122,7 +114,7 @@ class Robot:
     @cached_property
     def pinocchio(self) -> Any:
         """The Pinocchio model of this robot, without armature (rotor inertia is an effect) and with its gravity."""
-        model = urdf.pinocchio_model(self.urdf, self.source)
+        model = pinocchio_model(self.urdf, self.source)
         model.gravity.linear = np.array(self.gravity, dtype=float)
         return model
 
@@ -131,7 +123,7 @@ class Robot:
         return self.nominal[10 * (number - 1) : 10 * number]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything needed to build this robot again, as JSON can hold it."""
+        """The whole robot as plain numbers and texts for JSON."""
         drives = (
             None
             if self.drives is None
@@ -168,71 +160,12 @@ class Robot:
         return "\n".join(rows)
 
 
-def load_robot(source: str | Path, gravity: Sequence[float] | None = None) -> Robot:
-    """A robot from a built-in name ("ur5"), a URDF file (.urdf, .xml) or a DH table (.toml).
-
-    ``gravity`` (3,) [m/s^2] in the base frame replaces the standard one, for an arm that is not mounted upright.
-    Meshes are not needed. Warns about links that no rigid body can have; raises InputError for a file that is missing,
-    malformed, floating, without joints, or with a mass that is negative or not finite.
-    """
-    text, label = _read(source)
-    is_table = label.endswith(".toml")
-    if is_table:
-        table = dh_table.parse_table(text, label)
-        robot = _from_table(table, label, gravity)
-    else:
-        robot = Robot(
-            name=urdf.robot_name(text, label), urdf=text, gravity=_gravity(gravity or STANDARD_GRAVITY), source=label
-        )
-    for message in unphysical_links(robot):
-        warn(f"{label}: {message}")
-    return robot
-
-
-def unphysical_links(robot: Robot) -> list[str]:
-    """One sentence for each link whose nominal inertia no rigid body can have: the link and the condition it breaks."""
-    return [
-        f"link {i} ({joint.name}): {'; '.join(broken)}"
-        for i, joint in enumerate(robot.joints, 1)
-        if (broken := inertia.violations(robot.link(i))) and robot.link(i).any()
-    ]
-
-
-def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | None) -> Robot:
-    joints = table["joints"]
-    drives = tuple(
-        Drive(**joint["drive"] | {"motor_friction": tuple(joint["drive"]["motor_friction"])})
-        for joint in joints
-        if "drive" in joint
-    )
-    return Robot(
-        name=table.get("name", "robot"),
-        urdf=dh.urdf_from_table(table),
-        gravity=_gravity(gravity or table.get("gravity", STANDARD_GRAVITY)),
-        drives=drives or None,
-        acceleration_limit=tuple(joint.get("acceleration_limit", math.inf) for joint in joints),
-        tool_speed_limit=table.get("tool_speed_limit"),
-        source=label,
-    )
-
-
-def _gravity(values: Sequence[float]) -> tuple[float, float, float]:
+def checked_gravity(values: Sequence[float]) -> tuple[float, float, float]:
+    """Gravity (3,) [m/s^2] in the base frame; raises InputError for other than three finite numbers."""
     numbers = np.asarray(values)
     if numbers.shape != (3,) or numbers.dtype.kind not in "if" or not (np.abs(numbers) <= MAX_GRAVITY).all():
         raise InputError(f"gravity is {values!r}, expected three numbers [m/s^2] in the base frame, as [0, 0, -9.81]")
     return (float(numbers[0]), float(numbers[1]), float(numbers[2]))
-
-
-def _read(source: str | Path) -> tuple[str, str]:
-    if str(source) in BUILT_IN:
-        name = f"{source}.toml"
-        return resources.files("physident").joinpath("robots", name).read_text(encoding="utf-8"), name
-    if not os.path.isfile(source):
-        names = ", ".join(BUILT_IN)
-        raise InputError(
-            f"robot {str(source)!r} not found: expected a .urdf or .toml file, or a built-in name ({names})"
-        )
-    return read_text(source, urdf.MAX_BYTES, "a URDF or a DH table"), Path(source).name
 
 
 def _limit(values: Array) -> Array:
@@ -240,7 +173,7 @@ def _limit(values: Array) -> Array:
 
 
 def _tool(model: Any) -> Array:
-    """Where the tool is in the last joint's frame (3,) [m]: the origin of the last link that is fixed to it."""
+    """Position (3,) [m] of the tool in the last joint's frame: the origin of the last link that is fixed to it."""
     last = [frame for frame in model.frames if frame.parentJoint == model.njoints - 1]
     return last[-1].placement.translation.copy()
 

@@ -11,7 +11,7 @@ import numpy as np
 from physident.errors import InputError
 
 MAX_BYTES = 20_000_000
-ABSURD = 1e6  # kg, m, kg m^2: no arm has more, and squares of it do not overflow
+LARGEST = 1e6  # kg, m, kg m^2: more than any arm, and its square does not overflow
 MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -45,7 +45,7 @@ def pinocchio_model(text: str, source: str) -> Any:
 
 
 def _kinematics(name: str, links: list[ElementTree.Element], joints: list[ElementTree.Element]) -> str:
-    """URDF text of what is read and checked here, and nothing else: no shape, plugin or oddity can upset a parser."""
+    """URDF text with only the elements that are read and checked here, so that no other element can upset a parser."""
     clean = ElementTree.Element("robot", name=name)
     for link in links:
         one = ElementTree.SubElement(clean, "link", name=link.attrib["name"])
@@ -68,7 +68,7 @@ def _parse(text: str, source: str) -> ElementTree.Element:
     if len(text) > MAX_BYTES:
         raise InputError(f"{source}: {len(text)} characters, expected a URDF of at most {MAX_BYTES}")
     if "<!ENTITY" in text:
-        raise InputError(f"{source}: declares XML entities, which a URDF has no use for; expand xacro before loading")
+        raise InputError(f"{source}: declares XML entities, which a URDF does not need; expand xacro before loading")
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, RecursionError) as error:
@@ -137,7 +137,7 @@ def _check_names(elements: list[ElementTree.Element], source: str) -> None:
         if not name:
             raise InputError(f"{source}: {element.tag} {number} has no name, expected one")
         if name in seen:
-            raise InputError(f"{source}: {element.tag} {name!r} is there twice, expected each name once")
+            raise InputError(f"{source}: {element.tag} {name!r} is given twice, expected each name once")
         seen.add(name)
 
 
@@ -151,8 +151,8 @@ def _check_tree(links: list[ElementTree.Element], joints: list[ElementTree.Eleme
             element = joint.find(end)
             link = None if element is None else element.get("link")
             if link not in names:
-                came = "missing" if link is None else f"{link!r}, which is no link"
-                raise InputError(f"{source}: joint {joint.get('name')!r}: its {end} is {came}; expected a link's name")
+                found = "missing" if link is None else f"{link!r}, which is not a link"
+                raise InputError(f"{source}: joint {joint.get('name')!r}: its {end} is {found}; expected a link's name")
             ends.append(link)
         if ends[1] in parents:
             raise InputError(f"{source}: link {ends[1]!r} hangs on two joints, expected a tree: loops cannot be read")
@@ -183,7 +183,7 @@ def _number(element: ElementTree.Element | None, key: str, where: str, what: str
         value = float(text if text is not None and "_" not in text else "missing")
     except ValueError:
         value = math.nan
-    limit = math.inf if what.startswith("limit") else ABSURD
+    limit = math.inf if what.startswith("limit") else LARGEST
     if not math.isfinite(value) or value < minimum or abs(value) > limit:
         wanted = "a number of an arm's size" if abs(value) > limit else "a finite number"
         wanted += " that is not negative" if minimum == 0 else ""
@@ -197,6 +197,6 @@ def _triple(element: ElementTree.Element | None, key: str, where: str) -> list[f
         values = [float(x) for x in text.split()] if "_" not in text else []
     except ValueError:
         values = []
-    if len(values) != 3 or not np.isfinite(values).all() or np.abs(values).max() > ABSURD:
+    if len(values) != 3 or not np.isfinite(values).all() or np.abs(values).max() > LARGEST:
         raise InputError(f"{where}: {key} is {text!r}, expected three finite numbers")
     return values

@@ -1,4 +1,4 @@
-"""Controllers that make the simulated arm follow a motion; each acts continuously, without a period of its own."""
+"""Controllers that make the simulated arm follow a motion; each acts continuously, without a sampling period."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from physident.excitation.motion.motion import Motion
 from physident.simulation.plant import Instants, Plant
 
 Array = NDArray[np.float64]
-LEAST_INERTIA = 0.05  # of the largest joint's: what a light wrist's gains are based on, for its friction is not light
+MIN_INERTIA = 0.05  # of the largest joint's, for the gains: the friction of a light wrist is not small
 BANDWIDTH = 8.0  # Hz
 
 
@@ -69,7 +69,7 @@ class PD(Controller):
         A joint lighter than a twentieth of the heaviest gets the gains of that twentieth.
         """
         inertia = np.diag(Plant(model).inertia(np.asarray(q, dtype=float)))
-        inertia = np.maximum(inertia, LEAST_INERTIA * inertia.max())
+        inertia = np.maximum(inertia, MIN_INERTIA * inertia.max())
         omega = 2 * math.pi * frequency
         return PD(tuple(omega**2 * inertia), tuple(2 * damping_ratio * omega * inertia))
 
@@ -104,7 +104,7 @@ class _PDLaw(Law):
 class ComputedTorque(Controller):
     """tau = ID(q, v, a_wanted + w^2 (q_wanted - q) + 2 damping_ratio w (v_wanted - v)), w = 2 pi frequency [Hz].
 
-    ID is the inverse dynamics of ``model``, by default the simulated arm's own; torques other than inertia and gravity
+    ID is the inverse dynamics of ``model``, by default that of the simulated arm; torques other than inertia and gravity
     are those of the wanted motion. Source: Spong, Hutchinson, Vidyasagar, "Robot Modeling and Control" (2006), eq. 8.21.
     """
 

@@ -24,8 +24,8 @@ SMOOTHED = 4  # halvings spent on a step that converges but is rough
 SINGULAR = 1e-10  # of the inertia matrix' largest eigenvalue
 MAX_STEPS = 1_000_000  # an hour at the default step
 CHUNK = 500  # steps planned together
-RUNAWAY = 200.0  # rad/s, m/s: ten times as fast as any arm
-ASTRAY = 1.0  # rad, m: an arm this far from its motion does not follow it
+MAX_SPEED = 200.0  # rad/s, m/s: ten times as fast as any arm
+MAX_ERROR = 1.0  # rad, m: an arm this far from its motion does not follow it
 
 
 def integrate(
@@ -39,7 +39,7 @@ def integrate(
     """The true motion and drive torque of a model's robot that follows a planned motion, at every step [s].
 
     It starts in the motion's first state. ``controller``: by default ``PD.of_bandwidth``. ``extra_torque(time, q, v)``
-    (n,) [N m|N] pushes the joints from outside. ``temperature(time)`` (N, n) [degC] for effects that feel it. A step
+    (n,) [N m|N] pushes the joints from outside. ``temperature(time)`` (N, n) [degC] for effects that depend on it. A step
     that does not converge is halved, up to eight times, one that is rough up to four times. Raises InputError for a
     motion beyond the robot's limits, a step too large, gains that make the arm run away, torques beyond the drives;
     NotSolvedError where a step does not converge.
@@ -69,8 +69,8 @@ def integrate(
     torque = np.concatenate([law.torque(law.plan(time[i : i + CHUNK]), q[i : i + CHUNK], v[i : i + CHUNK])
                              for i in range(0, count + 1, CHUNK)])  # fmt: skip
     _check_torque(model, time, torque)
-    warmth = None if temperature is None else temperature(time)
-    return Signals(time, q, v, a, torque, warmth, rate=1 / step, source="simulation")
+    temperatures = None if temperature is None else temperature(time)
+    return Signals(time, q, v, a, torque, temperatures, rate=1 / step, source="simulation")
 
 
 def _advance(stepper: Stepper, state: State, time: float, h: float, plan: Array, halvings: int) -> State:
@@ -99,19 +99,19 @@ def _initial(plant: Plant, stepper: Stepper, start: Signals) -> State:
 
 def _check_tracking(time: float, state: State, wanted: Array) -> None:
     error = state.q - wanted
-    for values, most, what in (
-        (state.v, RUNAWAY, "runs away at {:.3g} rad/s"),
-        (error, ASTRAY, "is {:.3g} rad astray"),
+    for values, limit, problem in (
+        (state.v, MAX_SPEED, "reaches {:.3g} rad/s"),
+        (error, MAX_ERROR, "is {:.3g} rad away from the motion"),
     ):
         j = int(np.argmax(np.abs(values)))
-        if abs(values[j]) > most:
+        if abs(values[j]) > limit:
             raise InputError(
-                f"simulation: joint {j + 1} {what.format(values[j])} at {time:.3f} s: unstable or too soft gains, or too large an effect or external torque"
+                f"simulation: joint {j + 1} {problem.format(values[j])} at {time:.3f} s: the gains are unstable or too soft, or an effect or external torque is too large"
             )
 
 
 def check_step(step: float) -> None:
-    """Raises InputError for a step [s] that is not positive, or too large to see an arm's fast motions."""
+    """Raises InputError for a step [s] that is not positive, or too large to resolve an arm's fast motions."""
     if not (math.isfinite(step) and 0 < step <= LONGEST_STEP):
         raise InputError(f"simulation: step {step:g} s is too large or not positive, expected at most {LONGEST_STEP} s")
 
@@ -126,7 +126,7 @@ def _check(plant: Plant, motion: Motion) -> None:
         values = np.linalg.eigvalsh(M)
         if values[0] <= SINGULAR * values[-1]:
             raise InputError(
-                f"model: its inertia matrix is not positive at {t:.2f} s of the motion; expected links that a body can have (identify with method='physical') or rotor inertia"
+                f"model: its inertia matrix is not positive at {t:.2f} s of the motion; expected rigid bodies as links (identify with method='physical') or rotor inertia"
             )
 
 

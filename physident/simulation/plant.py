@@ -1,4 +1,4 @@
-"""The plant: what torque a motion of the simulated arm takes, with every effect its model has on the plant."""
+"""The plant: the torque that a motion of the simulated arm requires, with every effect that acts on the plant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from physident.effects.effect import Effect
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
-LEAST_MASS = 1e-6  # kg: pinocchio divides a link's first moment by its mass
+MIN_MASS = 1e-6  # kg: pinocchio divides a link's first moment by its mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Instants:
 
 
 class Plant:
-    """A model made ready to be integrated: inertia in pinocchio, all other effects as one weighted sum.
+    """A model prepared for integration: inertia in pinocchio, all other effects as one weighted sum.
 
     ``temperature`` gives the joints' temperature (N, n) [degC] at times (N,) [s], for effects that feel it.
     """
@@ -78,11 +78,11 @@ class Plant:
         return M
 
     def torque(self, at: Instants) -> Array:
-        """Torque (N, n) [N m|N] of all effects but inertia and gravity, which ``at.load`` holds."""
+        """Torque (N, n) [N m|N] of all effects except inertia and gravity, which are ``at.load``."""
         if not self.effects:
             return np.zeros_like(at.v)
         signals = self._signals(at)
-        values = [effect.torque_at(self.robot, signals, at.state[own], at.load) for effect, own in self.effects]
+        values = [effect.torque_at(self.robot, signals, at.state[places], at.load) for effect, places in self.effects]
         return (self.weights @ np.concatenate(values)).T
 
     def state_rate(self, at: Instants) -> Array:
@@ -90,7 +90,7 @@ class Plant:
         if not self.states:
             return at.state
         signals = self._signals(at)
-        rates = [effect.state_rate(self.robot, signals, at.state[own]) for effect, own in self.effects]
+        rates = [effect.state_rate(self.robot, signals, at.state[places]) for effect, places in self.effects]
         return np.concatenate(rates)
 
     def _signals(self, at: Instants) -> Signals:
@@ -101,7 +101,7 @@ class Plant:
 
     @cached_property
     def feels_acceleration(self) -> bool:
-        """Whether an effect other than inertia changes with the acceleration or the load: asked at random states."""
+        """Whether an effect other than inertia depends on the acceleration or the load, tested at random states."""
         q, v, a, load = np.random.default_rng(0).standard_normal((4, 5, self.n))
         time, state = np.arange(5.0), np.zeros((self.states, 5))
         torques = [self.torque(Instants(time, q, v, k * a, k * load, state)) for k in (1.0, 2.0)]
@@ -121,7 +121,7 @@ def _bodies(model: Any, links: Array, gravity: Array) -> list[tuple[float, Any, 
     Torque is linear in the parameters. Where an estimate leaves a link's mass at zero beside a first moment, which no
     body can have, a mass is added to every link and its torque subtracted again.
     """
-    if (np.abs(links[::10]) > LEAST_MASS).all():
+    if (np.abs(links[::10]) > MIN_MASS).all():
         parts = [(1.0, links)]
     else:
         extra = np.zeros_like(links)

@@ -33,10 +33,12 @@ WEIGHTS2 = WEIGHTS @ WEIGHTS
 # the polynomial through the rates of one step, continued over the next: where Newton's method starts
 CONTINUED = np.vander(1 + NODES, 3) @ np.linalg.inv(np.vander(NODES, 3))
 BEGINNING = np.linalg.inv(np.vander(NODES, 3))[-1]  # the same polynomial where its step begins
-ROUGH = 2e-3  # rad/s: by how much a step's accelerations may miss, at its beginning, the one the last step ended with
+ROUGH = 2e-3  # rad/s: largest jump of acceleration times step between the end of one step and the start of the next
 ITERATIONS = 12
 BACKTRACKS = 6
-SETTLED = 1e-6  # rad/s: the change of velocity over a step at which Newton's method ends; what is left is far less
+SETTLED = (
+    1e-6  # rad/s: the change of velocity over a step at which Newton's method ends; the remaining error is far smaller
+)
 (gesv,) = get_lapack_funcs(("gesv",), (WEIGHTS,))
 DIFFERENCE = 1e-6  # rad/s and the states' unit, small beside any friction law's width
 
@@ -86,7 +88,7 @@ class Stepper:
     def _solve(self, state: State, time: float, h: float, plan: Array, rates: Array) -> Array | None:
         M = self.plant.inertia(state.q)
         self.size[: self.n] = np.abs(M.diagonal())
-        least = max(h, 1e-3)
+        step = max(h, 1e-3)
         residual, J = self._residual(state, time, h, plan, rates, M)
         error = np.abs(residual / self.size).max()
         for _ in range(ITERATIONS):
@@ -96,13 +98,13 @@ class Stepper:
             if failed:
                 return None
             change = change.reshape(rates.shape)
-            if least * np.abs(change).max() < SETTLED:
+            if step * np.abs(change).max() < SETTLED:
                 return rates - change
             for _ in range(BACKTRACKS):
                 trial = rates - change
                 residual, J = self._residual(state, time, h, plan, trial, M)
                 new_error = np.abs(residual / self.size).max()
-                if new_error < error or least * new_error < SETTLED:
+                if new_error < error or step * new_error < SETTLED:
                     break
                 change = change / 2
             else:
@@ -113,7 +115,7 @@ class Stepper:
     def _residual(
         self, state: State, time: float, h: float, plan: Array, rates: Array, M: Array
     ) -> tuple[Array, Array]:
-        """What the equations of motion lack at the three nodes (3, n + S), and its derivative (3 (n + S), 3 (n + S))."""
+        """Residual of the equations of motion at the three nodes (3, n + S), and its derivative (3 (n + S), 3 (n + S))."""
         n, m, P = self.n, self.m, self.moved
         a, zdot = rates[:, :n], rates[:, n:]
         q = state.q + h * NODES[:, None] * state.v + h**2 * (WEIGHTS2 @ a)

@@ -1,4 +1,4 @@
-"""Sensors: what a controller records of the true motion and torque, with the faults of real instruments."""
+"""Sensors: the recorded signals of a true motion and torque, with the errors of real instruments."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EFFORTS = ("torque", "current")
 MAX_FILE = 1_000_000  # bytes
 LARGEST = 1e9  # of any setting: sums and products of noise stay finite
 SLOWEST, FASTEST = 10.0, 1e5  # Hz: a slower clock is no recording of a motion
-GLITCHES = (1e290, -1e290, 1e-153)  # what a torn write leaves in a file
+GLITCHES = (1e290, -1e290, 1e-153)  # values that an interrupted write leaves in a file
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Sensors:
     def read(self, robot: Robot, truth: Signals, duration: float, rng: np.random.Generator) -> Table:
         """The table that the instruments record of the true motion and drive torque over ``duration`` [s].
 
-        ``truth`` is uniform in time and reaches at least as far. Raises InputError where currents are asked of a robot
+        ``truth`` is uniform in time and reaches at least as far. Raises InputError for currents of a robot
         without drives.
         """
         count = math.floor(duration * self.rate + 1e-6) + 1

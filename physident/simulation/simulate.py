@@ -11,8 +11,8 @@ import numpy as np
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.excitation.motion.motion import Motion
-from physident.recordings.columns import Columns
 from physident.recordings.formats.table import Table
+from physident.recordings.layout import ColumnLayout
 from physident.recordings.recording import Recording
 from physident.recordings.rows import MIN_DURATION, recording_from_rows
 from physident.recordings.signals import Signals
@@ -26,7 +26,7 @@ IDEAL = Sensors()
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """Everything one simulated recording depends on; see ``simulate``."""
+    """The settings of one simulated recording; see ``simulate``."""
 
     model: Model
     trajectory: Motion
@@ -37,7 +37,7 @@ class Simulation:
     step: float = STEP
 
     def table(self) -> Table:
-        """What the sensors write into a file, bad rows included."""
+        """The table that the sensors write, bad rows included."""
         sensors, robot = self.sensors, self.model.robot
         check_step(self.step)
         sensors.check(robot)
@@ -61,12 +61,12 @@ class Simulation:
         return sensors.read(robot, measured(self.model, truth), self.trajectory.duration, rng)
 
     def recording(self, table: Table) -> Recording:
-        """The recording that the written table is, bad rows left out and named."""
+        """The recording of such a table, without its bad rows."""
         assert table.names is not None
-        columns = Columns.from_header(table.names, "simulation")
+        layout = ColumnLayout.from_header(table.names, "simulation")
         source = f"simulation of {self.model.robot.name}, seed {self.seed}"
-        recording = recording_from_rows(*columns.split(table.values), columns.effort_kind, source, table.rows)
-        if columns.effort_kind == "torque":
+        recording = recording_from_rows(layout.split(table.values), source, table.rows)
+        if layout.effort_kind == "torque":
             return recording
         return recording.with_drive_gains(self.sensors.gains(self.model.robot).tolist())
 
@@ -89,7 +89,7 @@ def simulate(
     ``controller``: ``PD`` (default, 8 Hz), ``ComputedTorque`` or ``Released``; ``sensors``: ideal ones at 125 Hz by
     default; ``extra_torque(time, q, v)`` (n,) [N m|N] pushes the joints from outside and is not measured; ``seed`` of
     the sensors' noise; ``step`` [s] the longest of the integration. Raises InputError and NotSolvedError as
-    ``integrate``, and InputError for what cannot be a recording (under two seconds).
+    ``integrate``, and InputError for a motion under two seconds.
     """
     return Simulation(model, trajectory, controller, sensors or IDEAL, extra_torque, seed, step).run()
 
@@ -111,7 +111,7 @@ def simulate_many(simulations: Sequence[Simulation], processes: int | None = Non
 
 
 def measured(model: Model, truth: Signals) -> Signals:
-    """True signals as the instruments' own effects show them: offsets, torque constants, delays, joint zeros."""
+    """True signals with the measurement effects of the model: offsets, torque constants, delays, joint zeros."""
     if any(effect.needs_model for effect in model.effects):
         truth = replace(model.refer(truth), motor=truth.torque)
     at = 0
@@ -120,5 +120,5 @@ def measured(model: Model, truth: Signals) -> Signals:
         truth = effect.measure(model.robot, model.theta[at : at + k], truth)
         at += k
         if not all(np.isfinite(x).all() for x in (truth.q, truth.v, truth.torque) if x is not None):
-            raise InputError(f"effect {effect.name}: shows values that are not finite; expected finite numbers")
+            raise InputError(f"effect {effect.name}: gives values that are not finite; expected finite numbers")
     return truth

@@ -1,5 +1,5 @@
 """Validation: the error of a model on recordings that were not fitted.
 
-``scores`` has the relative error and the gain of one model over another, ``comparison`` both models' torques on the rows
-that count for both. Start with ``scores.validate``.
+``predictions`` has the predicted torque of recordings, ``scores`` the relative error and the gain of one model over
+another, ``comparison`` two models' predictions on the same rows. Start with ``scores.validate``.
 """

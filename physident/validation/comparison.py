@@ -7,25 +7,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
-from physident.estimation.estimate import Estimate
+from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
-from physident.validation.scores import Predictions, predictions
+from physident.validation.predictions import Predictions, predict
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """What a model predicts ``before`` and ``after`` it was extended; ``after`` is None where nothing was found."""
+    """Predictions ``before`` and ``after`` a model was extended; ``after`` is None where it was not extended."""
 
     before: Predictions
     after: Predictions | None
 
     @property
     def both(self) -> tuple[Predictions, ...]:
-        """One or two predictions, the model as it came first."""
+        """One or two predictions, the original model's first."""
         return (self.before,) if self.after is None else (self.before, self.after)
 
 
@@ -36,42 +35,33 @@ def predict_pair(
     filter: Filter,
     drive_gains: tuple[float, ...] | None = None,
 ) -> Pair:
-    """Both models' predictions of recordings through one filter; raises InputError as ``predictions`` does.
+    """Both models' predictions of recordings through one filter; raises InputError as ``predict`` does.
 
-    ``drive_gains`` (n,) [N m/A] are for recordings that hold currents and no gains of their own.
+    ``drive_gains`` (n,) [N m/A] are used for recordings of currents that have no gains.
     """
-    first, *second = (
-        predictions(replace(as_estimate(model, filter), filter=filter, drive_gains=drive_gains), recordings)
-        for model in (before, after)
-        if model is not None
-    )
-    if not second:
+
+    def predicted(model: Model | Estimate) -> Predictions:
+        return predict(replace(as_estimate(model, filter), filter=filter, drive_gains=drive_gains), recordings)
+
+    first = predicted(before)
+    if after is None:
         return Pair(first, None)
-    common = first.counted & second[0].counted
-    return Pair(*(_only(p, common) for p in (first, second[0])))
-
-
-def _only(p: Predictions, counted: np.ndarray) -> Predictions:
-    return replace(p, measured=p.measured * counted, predicted=p.predicted * counted, counted=counted)
-
-
-def rms(p: Predictions) -> np.ndarray:
-    """Root mean square (n,) [N m|N] of measured minus predicted torque over the rows that count."""
-    return np.sqrt(((p.measured - p.predicted) ** 2).sum(axis=0) / np.maximum(p.counted.sum(axis=0), 1))
+    second = predicted(after)
+    common = first.counted & second.counted
+    return Pair(first.restricted(common), second.restricted(common))
 
 
 def contact_bands(
-    model: Model | None, p: Predictions, recordings: Sequence[Recording]
+    model: Model | None, predictions: Predictions, recordings: Sequence[Recording]
 ) -> tuple[tuple[float, float], ...]:
     """Start and end [s] of each contact of a model, on the axis of time in motion over recordings laid end to end."""
     bands = []
-    for effect in model.effects if model is not None else ():
-        if not isinstance(effect, Contact):
-            continue
+    contacts = [effect for effect in (model.effects if model is not None else ()) if isinstance(effect, Contact)]
+    for contact in contacts:
         for index, recording in enumerate(recordings):
-            clock = p.time - recording.time[0]
-            for start, end in effect.intervals if effect.recording in ("", recording.sha256) else ():
-                rows = np.flatnonzero((p.recording == index) & (clock >= start) & (clock <= end))
+            clock = predictions.time - recording.time[0]
+            for start, end in contact.intervals if contact.recording in ("", recording.sha256) else ():
+                rows = np.flatnonzero((predictions.recording == index) & (clock >= start) & (clock <= end))
                 if len(rows):
-                    bands.append((float(rows[0] / p.rate), float(rows[-1] / p.rate)))
+                    bands.append((float(rows[0] / predictions.rate), float(rows[-1] / predictions.rate)))
     return tuple(bands)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
+from physident.estimation.estimate import as_estimate
 from physident.estimation.identify import prepare_moving
 from studies.blind_trials.arms import FILTER, Taken
 from studies.blind_trials.cases import Hidden

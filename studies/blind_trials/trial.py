@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.estimation.estimate import as_estimate
 from physident.estimation.identify import prepare_all
 from physident.identifiability.identifiability import Identifiability, measure_identifiability
 from physident.identifiability.visibility import VISIBLE

@@ -22,12 +22,12 @@ from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
-from physident.estimation.physical.decision import BY_DATA
+from physident.estimation.physical.information_shares import BY_DATA
 from physident.estimation.weighting import compress
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import link_parameters, pseudo_inertia
-from physident.robots.robot import load_robot
+from physident.robots.load import load_robot
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from kept import keep

@@ -154,7 +154,7 @@ def run_case(case: Case, robot: pid.Robot, folder: Path) -> list[dict[str, Any]]
         row["passed"] = bool(row["percent"] <= PERCENT or inside)
     if case.field:
         (found,) = getattr(estimate.model.effects[-1], case.field)
-        std = estimate.shapes[0].std if estimate.shapes else None
+        std = estimate.shape_parameters[0].std if estimate.shape_parameters else None
         percent = 100 * abs(found - case.shape_truth) / case.shape_truth
         shape = {"parameter": case.field, "truth": case.shape_truth, "found": found, "std": std, "percent": percent}
         rows.append(shape | {"passed": bool(percent <= SHAPE_PERCENT)})

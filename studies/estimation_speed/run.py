@@ -27,7 +27,8 @@ from physident.estimation.least_squares import least_squares
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.physical.coordinates import Coordinates
 from physident.estimation.physical.prior import Entropic
-from physident.estimation.physical.program import Program
+from physident.estimation.physical.problem import PhysicalProblem
+from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
 from physident.estimation.weighting import compress
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.robots.inertia import pseudo_inertia
@@ -74,9 +75,8 @@ def _refits(robot, effects, signals) -> list[float]:
     regressor = pid.build_regressor(robot, effects, [signals], FILTER)
     base = find_base_parameters(robot, effects)
     nominal = Model.nominal(robot, effects).theta
-    program = Program(
-        base.grouping, Coordinates.around(nominal, base.columns), physical_cones(robot, effects), Entropic()
-    )
+    coordinates, cones = Coordinates.around(nominal, base.columns), physical_cones(robot, effects)
+    program = SemidefiniteProgram(PhysicalProblem(base.grouping, coordinates, cones, Entropic()))
     sigma = least_squares(regressor, base, nominal, "diagonal").sigma
     rng = np.random.default_rng(0)
     times = []

@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
 from studies.open_world import arms, motions, outside, sensors
-from studies.open_world.outside import Outside
+from studies.open_world.outside import Hidden, Outside
 from studies.open_world.scale import prismatic, scale_of
 from studies.open_world.sensors import Sensors
 from tests.truth import ArmTruth, Motion
 
 
+class OutsideCause(Protocol):
+    """A cause outside of the catalogue, as ``outside.Outside`` describes it."""
+
+    @property
+    def kind(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints (from 1) where it acts."""
+        ...
+
+    @property
+    def variable(self) -> str:
+        """What its torque depends on most."""
+        ...
+
+    @property
+    def most(self) -> float:
+        """The largest sensible size."""
+        ...
+
+    @property
+    def make(self) -> Callable[[float], Hidden]:
+        """What a plant hides for a relative size."""
+        ...
+
+
 class World(Protocol):
     """Arms, motions, instruments, temperatures and causes outside of the catalogue, each from a seed."""
 
-    OUTSIDE: tuple[str, ...]
+    @property
+    def OUTSIDE(self) -> tuple[str, ...]:
+        """Names of the causes outside of the catalogue."""
+        ...
 
     def arm(self, seed: int) -> ArmTruth:
         """An arm with its background."""
@@ -34,7 +67,7 @@ class World(Protocol):
         """How much warmer [K] a recording is than those that a model was identified from."""
         ...
 
-    def outside(self, name: str, arm: ArmTruth, rng: np.random.Generator) -> Outside:
+    def outside(self, name: str, arm: ArmTruth, rng: np.random.Generator) -> OutsideCause:
         """A cause outside of the catalogue."""
         ...
 

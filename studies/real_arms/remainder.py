@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import physident as pid
 from physident.effects.friction import smooth_sign
-from physident.validation.scores import predictions
+from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -21,8 +21,8 @@ EARLY = ("ur-20_02_05", "ur-20_02_06")  # days of the runs
 
 def explained(before: pid.Estimate, after: pid.Estimate, recordings: list[pid.Recording]) -> dict[str, list[float]]:
     """Shares [%] of the residual's power for each joint, and the dry friction [N m] of early and late days."""
-    p, v = predictions(after, recordings), []
-    first = predictions(before, recordings)
+    p, v = predict(after, recordings), []
+    first = predict(before, recordings)
     waits = []
     for index, recording in enumerate(recordings):
         signals = pid.prepare(recording, after.filter)

@@ -10,7 +10,7 @@ from asking import DATA, HERE, UR5, UR5_GAINS, ask, brief, named, paths, shown
 from kept import joint_row
 
 import physident as pid
-from physident.diagnosis.result.extended_estimate import as_estimate
+from physident.estimation.estimate import as_estimate
 from physident.graphics.style import JOINTS, figure, save
 
 SHOWN = ("move6.csv.gz", "move5.csv.gz", "move9.csv.gz")

@@ -92,13 +92,13 @@ ROBOT = ["diagnose", "--robot", "ur5"]
 TO = ["--robot", "ur5", "--out", "out.json"]
 GAINS = ["--drive-gains", "10 10 10 10 10 10"]
 CASES: dict[str, tuple[list[str], str]] = {
-    "one recording twice": ([*MODEL, "new.csv", "again.csv"], "again.csv: holds the same samples as new.csv.*once"),
+    "one recording twice": ([*MODEL, "new.csv", "again.csv"], "again.csv: has the same samples as new.csv.*once"),
     "one recording twice, nominal": ([*ROBOT, "new.csv", "again.csv"], "same samples as new.csv"),
     "one holdout twice": ([*MODEL, "unseen.csv", "--holdout", "new.csv", "--holdout", "again.csv"], "same samples as new"),
     "one pose twice": ([*ROBOT, "still.csv", "still_again.csv"], "same samples as still.csv"),
     "holdout diagnosed": ([*MODEL, "new.csv", "--holdout", "again.csv"], "fitted or diagnosed already"),
     "holdout of other joints": ([*MODEL, "new.csv", "--holdout", "three.csv"], "3 joints, but robot ur5 has 6"),
-    "holdout too short": ([*MODEL, "new.csv", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*(shorter|nothing left)"),
+    "holdout too short": ([*MODEL, "new.csv", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*(shorter|no rows are left)"),
     "one holdout of two too short": (
         [*ROBOT, "new.csv", "--holdout", "unseen.csv", "--holdout", "brief.csv"], "brief.csv: .*shorter than the filter"
     ),

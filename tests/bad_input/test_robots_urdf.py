@@ -78,7 +78,11 @@ FILES: dict[str, tuple[str, Content, str]] = {
     "html": ("r.urdf", "<html><body>404</body></html>", "root element is <html>"),
     "no joints": ("r.urdf", '<robot name="a"><link name="base"/></robot>', "no moving joint"),
     "only fixed joints": ("r.urdf", URDF.replace("revolute", "fixed"), "no moving joint"),
-    "no links": ("r.urdf", re.sub(r"<link[^>]*/>|<link.*?[^/]>.*?</link>", "", URDF, flags=re.S), "which is no link"),
+    "no links": (
+        "r.urdf",
+        re.sub(r"<link[^>]*/>|<link.*?[^/]>.*?</link>", "", URDF, flags=re.S),
+        "which is not a link",
+    ),
     "wrong origin": ("r.urdf", URDF.replace('xyz="0 0 0.2"', 'xyz="0 0"'), "three finite numbers"),
     "not found": ("r.urdf", lambda p: None, "not found"),
     "a folder": ("r.urdf", lambda p: p.mkdir(), "not found|folder"),

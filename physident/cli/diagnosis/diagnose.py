@@ -106,16 +106,15 @@ def diagnose(
 
 
 def _identified(path: Path, cutoff: float | None) -> Estimate:
-    from physident.estimation.estimate import load_estimate
-    from physident.validation.scores import with_cutoff
+    from physident.estimation.estimate_file import load_estimate
 
-    return with_cutoff(load_estimate(path), cutoff)
+    return load_estimate(path).with_cutoff(cutoff)
 
 
 def _described(source: str, effects: str | None) -> Model:
     """The model of a simulation of a robot's description: rigid links, and the effects of --effects."""
     from physident.dynamics.model import Model
-    from physident.robots.robot import load_robot
+    from physident.robots.load import load_robot
 
     named = names_of(effects or "")
     if effects is not None and not named:

@@ -44,12 +44,12 @@ def view(
 ) -> None:
     """Show recordings, models, a diagnosis and a planned motion: in the viewer, in a browser (--web), or as a file (--out)."""
     from physident.diagnosis.result.saved import read_diagnosis
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.graphics.plan import plan_of
     from physident.graphics.session.content import compose
     from physident.graphics.session.write import check_session_path, write_session
     from physident.graphics.view import show
-    from physident.robots.robot import load_robot
+    from physident.robots.load import load_robot
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
@@ -64,7 +64,7 @@ def view(
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
     contents = read_diagnosis(diagnosis) if diagnosis is not None else None
     source = next(iter(models.values()), contents)
-    layout = columns if columns is not None or source is None else source.columns
+    layout = columns if columns is not None or source is None else source.layout
     loaded = read_recordings(paths, layout, drive_gains) if paths else []
     arm = load_robot(robot) if robot is not None else None
     content = replace(

@@ -31,16 +31,15 @@ def compare(
     cutoff: CutoffOption = None,
 ) -> None:
     """Print the errors of two models on the same recordings, and the gain of the second over the first."""
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.files import write_json
     from physident.validation.scores import compare as run
-    from physident.validation.scores import with_cutoff
 
     if len(model) != 2:
         raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
     check_outputs([*on, *model], json_out, plot=plot)
-    before, after = (with_cutoff(load_estimate(path), cutoff) for path in model)
-    recordings = read_recordings(on, columns if columns is not None else before.columns, drive_gains)
+    before, after = (load_estimate(path).with_cutoff(cutoff) for path in model)
+    recordings = read_recordings(on, columns if columns is not None else before.layout, drive_gains)
     with busy("comparing"):
         gain = run(before, after, recordings, include_fitted)
     if json_out is not None:

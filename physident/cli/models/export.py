@@ -27,7 +27,7 @@ def export(
     ] = None,
 ) -> None:
     """Write an identified model as a URDF, a table of parameters (JSON) or a Python function."""
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.export.parameters import parameters_of
     from physident.export.python import python_of
     from physident.export.urdf import urdf_of

@@ -18,14 +18,13 @@ def payload(
     cutoff: CutoffOption = None,
 ) -> None:
     """Identify the load on the last link from recordings with it, and a model of the arm without it."""
-    from physident.estimation.estimate import load_estimate
-    from physident.estimation.payload import identify_payload
+    from physident.estimation.estimate_file import load_estimate
+    from physident.estimation.payload.identify_payload import identify_payload
     from physident.files import write_json
-    from physident.validation.scores import with_cutoff
 
     check_outputs([*recordings, model], json_out)
-    estimate = with_cutoff(load_estimate(model), cutoff)
-    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    estimate = load_estimate(model).with_cutoff(cutoff)
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.layout, drive_gains)
     with busy("identifying"):
         found = identify_payload(estimate, loaded)
     if json_out is not None:

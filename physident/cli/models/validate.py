@@ -34,14 +34,14 @@ def validate(
     cutoff: CutoffOption = None,
 ) -> None:
     """Predict recordings with a model, and print the error of each joint."""
-    from physident.estimation.estimate import load_estimate
+    from physident.estimation.estimate_file import load_estimate
     from physident.files import write_json
-    from physident.validation.scores import predictions, with_cutoff
+    from physident.validation.predictions import predict
     from physident.validation.scores import validate as run
 
     check_outputs([*recordings, model], json_out, plot=plot)
-    estimate = with_cutoff(load_estimate(model), cutoff)
-    loaded = read_recordings(recordings, columns if columns is not None else estimate.columns, drive_gains)
+    estimate = load_estimate(model).with_cutoff(cutoff)
+    loaded = read_recordings(recordings, columns if columns is not None else estimate.layout, drive_gains)
     with busy("predicting"):
         score = run(estimate, loaded, include_fitted)
     if json_out is not None:
@@ -51,5 +51,5 @@ def validate(
         from physident.graphics.figures.residual import torque_units
 
         robot = estimate.model.robot
-        plot_predictions(predictions(estimate, loaded), robot.joint_names, plot, torque_units(robot))
+        plot_predictions(predict(estimate, loaded), robot.joint_names, plot, torque_units(robot))
     typer.echo(repr(score))

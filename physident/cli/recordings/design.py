@@ -130,8 +130,8 @@ def design(
 
 
 def _source(robot: str | None, model: Path | None) -> Robot | Estimate:
-    from physident.estimation.estimate import load_estimate
-    from physident.robots.robot import load_robot
+    from physident.estimation.estimate_file import load_estimate
+    from physident.robots.load import load_robot
 
     if model is not None:
         if robot is not None:

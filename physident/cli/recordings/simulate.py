@@ -58,8 +58,8 @@ def simulate(
 
 def _arm(model: Path | None, robot: str | None) -> Model:
     from physident.dynamics.model import Model
-    from physident.estimation.estimate import load_estimate
-    from physident.robots.robot import load_robot
+    from physident.estimation.estimate_file import load_estimate
+    from physident.robots.load import load_robot
 
     if (model is None) == (robot is None):
         raise InputError("which arm? expected either --model (an identified model) or --robot (a description)")

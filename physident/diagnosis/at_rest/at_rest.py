@@ -16,11 +16,11 @@ from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.recordings.checks import check_effort, refuse_twice
+from physident.recordings.checks import check_effort, refuse_duplicates
+from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter, Signals, prepare
+from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
-from physident.validation.scores import with_gains
 
 Array = NDArray[np.float64]
 CREEP = 0.03  # rad/s: there the smooth sign has turned, and viscous friction is a few per cent of the dry one
@@ -39,13 +39,13 @@ def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -
     """
     if not recordings:
         raise InputError("no recordings given, expected at least one of an arm at rest")
-    refuse_twice(recordings)
+    refuse_duplicates(recordings)
     arm = model.model if isinstance(model, Estimate) else model
     poses = []
     for recording in recordings:
         if recording.n != arm.robot.n:
             raise InputError(f"{recording.source}: {recording.n} joints, but robot {arm.robot.name} has {arm.robot.n}")
-        gained = with_gains(recording, model.drive_gains if isinstance(model, Estimate) else None)
+        gained = recording.with_default_drive_gains(model.drive_gains if isinstance(model, Estimate) else None)
         if _signals(gained).moving is not None:
             raise InputError(
                 f"{recording.source}: the arm moves; expected recordings that stand still, or all with motion"

@@ -15,7 +15,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.estimation.physical.decision import BY_PRIOR
+from physident.estimation.physical.information_shares import BY_PRIOR
 from physident.recordings.recording import Recording
 
 Array = NDArray[np.float64]

@@ -6,21 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.dynamics.model import Model
 from physident.effects.thermal import is_warming
 from physident.errors import InputError
-from physident.estimation.estimate import Estimate
-from physident.recordings.checks import refuse_twice
+from physident.estimation.estimate import Estimate, as_estimate
+from physident.recordings.checks import refuse_duplicates
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
-from physident.validation.scores import predictions
+from physident.validation.predictions import predict
 
 
 def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
     """Raises InputError for a recording that came twice, and for a holdout that was fitted or is diagnosed."""
-    refuse_twice(recordings)
-    refuse_twice(holdout)
+    refuse_duplicates(recordings)
+    refuse_duplicates(holdout)
     fitted = {source.sha256 for source in model.sources} if isinstance(model, Estimate) else set()
     for one in holdout:
         if one.sha256 in fitted or one.sha256 in {r.sha256 for r in recordings}:
@@ -38,7 +37,7 @@ def check_holdout(
         return
     _refuse_without_temperature(recordings, holdout)
     start = as_estimate(model, filter)
-    ready = predictions(start, holdout)
+    ready = predict(start, holdout)
     for index, one in enumerate(holdout):
         silent = ~ready.measured[ready.recording == index].any(axis=0)
         if silent.any():

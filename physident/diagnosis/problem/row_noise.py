@@ -17,10 +17,10 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Effect
 from physident.recordings.signals import Filter, Signals
+from physident.recordings.velocity_noise import velocity_noise
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-WINDOW, ORDER = 9, 4  # samples and order of the local fit whose rest is noise: motion bends less in nine samples
 LEAST = 0.25  # of a residual's power: as much is noise at any speed, however noisy the velocity seems
 SLOWEST = 1e-3  # rad/s: the spacing of speeds at which friction is evaluated near standstill
 
@@ -40,18 +40,6 @@ def weighted(regressor: Regressor, weights: Array) -> Regressor:
         JointRows(rows.columns, rows.values * w[:, None]) for rows, w in zip(regressor.joints, weights.T, strict=True)
     )
     return replace(regressor, joints=joints, torque=regressor.torque * weights)
-
-
-def velocity_noise(signals: Signals) -> Array:
-    """Standard deviation (n,) [rad/s|m/s] of the white noise of measured velocities: what a local fit leaves of them."""
-    from scipy.signal import savgol_coeffs, savgol_filter
-
-    if len(signals.v) < WINDOW:
-        return np.zeros(signals.v.shape[1])
-    rest = signals.v - np.asarray(savgol_filter(signals.v, WINDOW, ORDER, axis=0))
-    taken = 1 - savgol_coeffs(WINDOW, ORDER)[WINDOW // 2]
-    # the median: at rest a quantised velocity is silent, at a knock it is not noise
-    return 1.4826 * np.median(np.abs(rest), axis=0) / np.sqrt(taken)
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from physident.diagnosis.result.extended_estimate import as_estimate
 from physident.diagnosis.result.findings import JointErrors
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.estimation.estimate import Estimate
+from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.recording import Recording
 from physident.validation.scores import compare, validate
 

@@ -1,4 +1,4 @@
-"""The extended model as an estimate: refitted, with what is known about it."""
+"""The extended model as an estimate: refitted, with the covariance of its values."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ import numpy as np
 
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
-from physident.dynamics.model import Model
-from physident.estimation.estimate import Estimate, Source
+from physident.estimation.estimate import Estimate, as_estimate
+from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import WLS
 from physident.estimation.identify import estimate_from, smallest_share
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.shapes import refreshed
+from physident.estimation.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
 
 
 def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
@@ -26,7 +25,7 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     diagnosis, the model's own moved within their covariance."""
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
-        regressor = refreshed(model.robot, model.effects, problem.signals, problem.filter, model.theta)
+        regressor = settled_regressor(model.robot, model.effects, problem.signals, problem.filter, model.theta)
         return estimate_from(
             model.robot,
             model.effects,
@@ -34,7 +33,7 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
             recordings,
             problem.given.estimator,
             problem.filter,
-            problem.given.columns,
+            problem.given.layout,
         )
     base = find_base_parameters(model.robot, model.effects)
     covariance = base.grouping @ uncertainty.covariance @ base.grouping.T
@@ -49,27 +48,27 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     matrices = physical_cones(model.robot, model.effects).matrices
     eigenvalues = np.linalg.eigvalsh(hypothesis.fit.normal / _scale(hypothesis.fit.normal))
     certificate = Certificate(
-        _stationarity(hypothesis), float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))), int(decided.sum()), 1,
+        stationarity=_stationarity(hypothesis),
+        condition=float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))),
+        determined=int(decided.sum()),
+        iterations=1,
         eigenvalues=tuple(smallest_share(m.at(model.theta)) for m in matrices),
-    )  # fmt: skip
+    )
     return Estimate(
-        model, WLS(), covariance, np.linalg.norm(hypothesis.residual, axis=0) / np.sqrt(counted),
-        100 * np.linalg.norm(hypothesis.residual, axis=0) / np.where(size > 0, size, 1.0),
-        len(regressor.time) / correlation_rows(regressor, hypothesis.fit.residual), certificate, problem.filter, (*before.sources, *sources), before.columns,
-        before.drive_gains, before.blocks, base_shares=tuple(float(d) for d in decided),
-    )  # fmt: skip
-
-
-def as_estimate(model: Estimate | Model, filter: Filter) -> Estimate:
-    """An estimate that says nothing is known of a model but its values; an estimate as it is."""
-    if isinstance(model, Estimate):
-        return model
-    r, n = find_base_parameters(model.robot, model.effects).r, model.robot.n
-    none = Certificate(0.0, 1.0, 0, 0)
-    return Estimate(
-        model, WLS(), np.zeros((r, r)), np.zeros(n), np.zeros(n), np.zeros(n), none, filter, (),
-        base_shares=(0.0,) * r,
-    )  # fmt: skip
+        model=model,
+        estimator=WLS(),
+        covariance=covariance,
+        sigma=np.linalg.norm(hypothesis.residual, axis=0) / np.sqrt(counted),
+        relative=100 * np.linalg.norm(hypothesis.residual, axis=0) / np.where(size > 0, size, 1.0),
+        effective_samples=len(regressor.time) / correlation_rows(regressor, hypothesis.fit.residual),
+        certificate=certificate,
+        filter=problem.filter,
+        sources=(*before.sources, *sources),
+        layout=before.layout,
+        drive_gains=before.drive_gains,
+        blocks=before.blocks,
+        base_shares=tuple(float(d) for d in decided),
+    )
 
 
 def _scale(H: np.ndarray) -> np.ndarray:
@@ -79,9 +78,9 @@ def _scale(H: np.ndarray) -> np.ndarray:
 
 def _stationarity(hypothesis: Hypothesis) -> float:
     """The largest gradient left, over the size of its terms."""
-    now, baseline = hypothesis.fit, hypothesis.baseline
-    gradient = -baseline.prior * now.x
-    for B, r, w in zip(baseline.joints, now.residual.T, now.weights, strict=True):
+    fit, baseline = hypothesis.fit, hypothesis.baseline
+    gradient = -baseline.prior * fit.x
+    for B, r, w in zip(baseline.joints, fit.residual.T, fit.weights, strict=True):
         gradient = gradient + w * w * (B.T @ r)
-    size = np.sqrt(np.maximum(np.diag(now.normal), 1e-300)) * np.linalg.norm(now.residual * now.weights)
+    size = np.sqrt(np.maximum(np.diag(fit.normal), 1e-300)) * np.linalg.norm(fit.residual * fit.weights)
     return float(np.max(np.abs(gradient) / np.maximum(size, 1e-300), initial=0.0))

@@ -45,7 +45,7 @@ class DiagnosisRecord:
     model: Model
     extended: Model | None
     filter: Filter
-    columns: str | None
+    layout: str | None
     drive_gains: tuple[float, ...] | None
     unidentified: tuple[str, ...]
     seed: int
@@ -82,7 +82,7 @@ class DiagnosisRecord:
             "unexplained": [one.as_dict() for one in self.unexplained],
             "recordings": [asdict(used) for used in self.recordings],
             "filter": vars(self.filter),
-            "columns": self.columns,
+            "columns": self.layout,
             "drive_gains": self.drive_gains and list(self.drive_gains),
             "held": list(self.unidentified),
             "incomplete": list(self.incomplete),

@@ -11,14 +11,15 @@ import numpy as np
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.record import SCHEMA, DiagnosisRecord
-from physident.diagnosis.result.typed import typed
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.errors import InputError
 from physident.files import naming, read_json
+from physident.json_records import RecordReader
 from physident.recordings.signals import Filter
 
+READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file
 EXPECTED = "a diagnosis of motions that physident diagnose --json wrote"
 
@@ -32,28 +33,28 @@ def read_diagnosis(path: str | Path) -> DiagnosisRecord:
 
 def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
     score = data["score"]
-    floor = typed(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor")
+    floor = READER.read(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor")
     record = DiagnosisRecord(
         path=path,
         sha256=sha256,
-        question=typed(Question, data["question"], "question"),
-        verdict=typed(Verdict, data["verdict"], "verdict"),
-        findings=typed(tuple[Finding, ...], data["findings"], "findings"),
+        question=READER.read(Question, data["question"], "question"),
+        verdict=READER.read(Verdict, data["verdict"], "verdict"),
+        findings=READER.read(tuple[Finding, ...], data["findings"], "findings"),
         before=_errors(score["before"], "score.before"),
         after=_errors(score["after"], "score.after"),
-        scored_on=typed(Literal["holdout", "left-out rows"], score["on"], "score.on"),
+        scored_on=READER.read(Literal["holdout", "left-out rows"], score["on"], "score.on"),
         noise_floor=None if floor is None else np.array(floor),
-        placebos=typed(tuple[Placebo, ...], data["placebos"], "placebos"),
-        unseen=typed(tuple[Unseen, ...], data["unseen"], "unseen"),
-        unexplained=typed(tuple[Unexplained, ...], data["unexplained"], "unexplained"),
-        recordings=typed(tuple[UsedRecording, ...], data["recordings"], "recordings"),
+        placebos=READER.read(tuple[Placebo, ...], data["placebos"], "placebos"),
+        unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
+        unexplained=READER.read(tuple[Unexplained, ...], data["unexplained"], "unexplained"),
+        recordings=READER.read(tuple[UsedRecording, ...], data["recordings"], "recordings"),
         filter=Filter(**data["filter"]),
-        columns=typed(str | None, data["columns"], "columns"),
-        drive_gains=typed(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
-        unidentified=typed(tuple[str, ...], data["held"], "held"),
-        incomplete=typed(tuple[int, ...], data["incomplete"], "incomplete"),
-        seed=typed(int, data["seed"], "seed"),
-        recording_offsets=typed(bool, data["recording_offsets"], "recording_offsets"),
+        layout=READER.read(str | None, data["columns"], "columns"),
+        drive_gains=READER.read(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
+        unidentified=READER.read(tuple[str, ...], data["held"], "held"),
+        incomplete=READER.read(tuple[int, ...], data["incomplete"], "incomplete"),
+        seed=READER.read(int, data["seed"], "seed"),
+        recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )
@@ -62,7 +63,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
 
 
 def _errors(data: dict[str, Any], where: str) -> JointErrors:
-    values = (typed(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
+    values = (READER.read(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
     return JointErrors(*(np.array(v) for v in values))
 
 

@@ -1,7 +1,7 @@
-"""Drive gains: what one ampere of motor current is worth in joint torque, from recordings with and without a known load.
+"""Drive gains: joint torque for each ampere of motor current, from recordings with and without a known load.
 
 K_j i_j = Y_j theta holds for any common multiple of all gains and parameters: recordings without a known load give
-products only. A load of known mass is a torque that is not multiplied by anything unknown, and fixes the scale.
+only products. A load of known mass is a torque that is not multiplied by anything unknown, and fixes the scale.
 Source: Gautier, Briot, "Global identification of joint drive gains and dynamic parameters of robots" (2014), sec. 3.
 """
 
@@ -23,7 +23,7 @@ from physident.estimation.drive_gains.equations import GainEquations
 from physident.estimation.identify import prepare_moving
 from physident.estimation.uncertainty import t_quantile
 from physident.identifiability.base_parameters import find_base_parameters
-from physident.recordings.checks import refuse_constant, refuse_twice
+from physident.recordings.checks import refuse_constant, refuse_duplicates
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 from physident.robots.inertia import PARAMETER_NAMES
@@ -35,12 +35,13 @@ HEAVIEST = 10.0  # of the arm's own mass
 VAGUE = 0.15  # half-width of a relative interval above which a gain is called vague
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DriveGains:
-    """Joint torque for each unit of motor current, ``gains`` (n,) [N m/A], NaN where it cannot be found.
+    """Joint torque for each ampere of motor current.
 
-    ``intervals`` (n, 2) hold 95 %; ``covariance`` (n, n) of the gains' logarithms, from ``blocks`` blocks. ``load`` (10,) [kg, kg m, kg m^2] is the
-    load in the last link's frame, its mass the given one. ``relative`` (n,) [%] of the current left unexplained.
+    ``gains`` (n,) [N m/A], NaN where they cannot be identified; ``intervals`` (n, 2) cover 95 %; ``covariance`` (n, n) of
+    the gains' logarithms, from ``blocks`` blocks. ``load`` (10,) [kg, kg m, kg m^2]: the load in the last link's frame,
+    with the given mass. ``relative`` (n,) [%] of the current that is not explained.
     """
 
     method: str
@@ -54,11 +55,11 @@ class DriveGains:
 
     @property
     def found(self) -> NDArray[np.bool_]:
-        """Which gains (n,) the recordings decide."""
+        """Which gains (n,) the recordings determine."""
         return np.isfinite(self.gains)
 
     def as_dict(self) -> dict[str, Any]:
-        """The gains as JSON can hold them."""
+        """The gains as plain numbers and texts for JSON."""
         rows = zip(self.gains.tolist(), self.intervals.tolist(), self.relative.tolist(), strict=True)
         return {
             "method": self.method,
@@ -72,18 +73,18 @@ class DriveGains:
         }
 
     def __repr__(self) -> str:
-        rows = [f"drive gains by {self.method}, from a load of {self.load[0]:g} kg; intervals hold 95 %"]
+        rows = [f"drive gains by {self.method}, from a load of {self.load[0]:g} kg; intervals cover 95 %"]
         rows.append("joint  gain [N m/A]  interval          unexplained current %")
-        for j, (gain, (low, high), left) in enumerate(zip(self.gains, self.intervals, self.relative, strict=True), 1):
+        for j, (gain, (low, high), unexplained) in enumerate(
+            zip(self.gains, self.intervals, self.relative, strict=True), 1
+        ):
             if math.isnan(gain):
-                rows.append(f"{j:5d}  cannot be found: only its products with this joint's parameters show")
+                rows.append(f"{j:5d}  cannot be separated from this joint's parameters")
                 continue
             word = "  vague" if (high - low) / (2 * gain) > VAGUE else ""
-            rows.append(f"{j:5d}  {gain:12.4g}  [{low:.4g}, {high:.4g}]".ljust(40) + f"{left:8.2f}{word}")
+            rows.append(f"{j:5d}  {gain:12.4g}  [{low:.4g}, {high:.4g}]".ljust(40) + f"{unexplained:8.2f}{word}")
         if self.method == "ls":
-            rows.append(
-                "least squares takes the noise of the currents for signal and finds gains that are too small; use tls"
-            )
+            rows.append("least squares is biased by the noise of the currents: its gains are too small; use tls")
         if self.found.all():
             rows.append(f'for other commands: --drive-gains "{" ".join(f"{g:.4g}" for g in self.gains)}"')
         lost = np.flatnonzero(~self.found) + 1
@@ -108,57 +109,65 @@ def identify_drive_gains(
 ) -> DriveGains:
     """Drive gains from currents recorded without and with a load of ``load_mass`` [kg] on the last link.
 
-    Its centre of mass and inertia are found, not asked for. ``method`` "tls": total least squares, the errors belong to
-    the currents, which multiply what is sought; "physical": the same with every link, the load, friction and rotors as
-    real bodies have them; "ls": plain least squares, biased low by the currents' errors, for comparison. Gains the
-    recordings hold are not used. Raises InputError without loaded recordings or a mass, for torques instead of currents, and
-    where no gain can be told from the parameters it multiplies; NotSolvedError where the iteration does not settle.
+    The load's centre of mass and inertia are identified as well. ``method`` "tls": total least squares, whose errors are
+    those of the currents; "physical": the same with physically consistent links, load, friction and rotor inertias; "ls":
+    ordinary least squares, biased low by the currents' errors, for comparison. Gains stored in the recordings are not
+    used. Raises InputError without loaded recordings or a mass, for torques instead of currents, and where no gain can be
+    separated from the parameters it multiplies; NotSolvedError where the iteration does not settle.
     """
     _check(unloaded, loaded, load_mass, method)
-    made = make_effects(effects)
-    if bent := [effect.name for effect in made if effect.needs_model]:
+    effects = make_effects(effects)
+    if dependent := [effect.name for effect in effects if effect.needs_model]:
         raise InputError(
-            f"drive gains cannot be found beside {', '.join(bent)}, which depend on the torque itself; expected other effects"
+            f"drive gains cannot be identified together with {', '.join(dependent)}, which depend on the torque itself; expected other effects"
         )
-    if sought := [f"{e.name} ({s.field})" for e in made for s in e.shape_parameters if getattr(e, s.field) is None]:
+    if open_shapes := [
+        f"{e.name} ({s.field})" for e in effects for s in e.shape_parameters if getattr(e, s.field) is None
+    ]:
         raise InputError(
-            f"drive gains cannot be found beside {', '.join(sought)}, whose shape would have to be sought along; expected other effects"
+            f"drive gains cannot be identified together with {', '.join(open_shapes)}, whose shape parameters are not set; expected other effects, or set them"
         )
     _check_mass(robot, load_mass)
     filter = filter or Filter()
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
-    regressor = build_regressor(robot, made, prepare_moving(robot, recordings, filter), filter)
-    base = find_base_parameters(robot, made)
+    regressor = build_regressor(robot, effects, prepare_moving(robot, recordings, filter), filter)
+    base = find_base_parameters(robot, effects)
     equations = GainEquations(regressor, base, regressor.recording >= len(unloaded), load_mass)
     if not equations.load_felt:
         raise InputError(
-            "the load exerts no torque on any joint, so that gains show only in products with the arm's parameters; expected a motion in which joints carry or swing the load"
+            "the load exerts no torque on any joint, so gains cannot be separated from the arm's parameters; expected a motion in which joints carry or swing the load"
         )
     solution = equations.total_least_squares() if method != "ls" else equations.least_squares()
     if method == "physical":
-        from physident.estimation.drive_gains.cones import solve_on_cones
+        from physident.estimation.drive_gains.physical_gains import solve_on_cones
 
-        solution = solve_on_cones(equations, robot, made, solution)
+        solution = solve_on_cones(equations, robot, effects, solution)
     found = equations.decided(solution)
     if not found.any():
         raise InputError(
-            "no gain can be told from the parameters it multiplies: only their products show; expected a load that gravity or acceleration puts on the joints"
+            "no gain can be separated from the parameters it multiplies; expected a load whose weight or inertia acts on the joints"
         )
     covariance, blocks = equations.log_covariance(solution)
     gains = np.where(found, solution.gains, np.nan)
     spread = np.exp(t_quantile(blocks) * np.sqrt(np.diag(covariance)))
     return DriveGains(
-        method, gains, np.column_stack([gains / spread, gains * spread]), covariance, blocks,
-        solution.load, equations.unexplained(solution), tuple(recording.source for recording in (*unloaded, *loaded)),
-    )  # fmt: skip
+        method=method,
+        gains=gains,
+        intervals=np.column_stack([gains / spread, gains * spread]),
+        covariance=covariance,
+        blocks=blocks,
+        load=solution.load,
+        relative=equations.unexplained(solution),
+        recordings=tuple(recording.source for recording in (*unloaded, *loaded)),
+    )
 
 
 def _check_mass(robot: Robot, load_mass: float) -> None:
-    """No arm carries ten times its own weight: such a mass is in grams."""
-    own = float(robot.nominal[::10].sum())
-    if 0 < HEAVIEST * own < load_mass:
+    """An arm cannot carry ten times its weight: such a mass is probably in grams."""
+    arm_mass = float(robot.nominal[::10].sum())
+    if 0 < HEAVIEST * arm_mass < load_mass:
         raise InputError(
-            f"load mass is {load_mass:g} kg, but the links of {robot.name} weigh {own:.3g} kg together; expected kilograms"
+            f"load mass is {load_mass:g} kg, but the links of {robot.name} weigh {arm_mass:.3g} kg together; expected kilograms"
         )
 
 
@@ -170,16 +179,14 @@ def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass
     if not unloaded or not loaded:
         which = "without load" if not unloaded else "with a known load"
         raise InputError(
-            f"no recordings {which}; expected both: without them currents show only products of gains and parameters"
+            f"no recordings {which}; expected both: otherwise gains cannot be separated from the arm's parameters"
         )
     for recording in (*unloaded, *loaded):
         if recording.effort_kind != "current":
-            raise InputError(
-                f"{recording.source}: holds torques, expected motor currents [A]; drive gains turn one into the other"
-            )
+            raise InputError(f"{recording.source}: contains torques, expected motor currents [A]")
         refuse_constant(recording)
-    refuse_twice(unloaded)
-    refuse_twice(loaded)
+    refuse_duplicates(unloaded)
+    refuse_duplicates(loaded)
     both = {r.sha256 for r in unloaded} & {r.sha256 for r in loaded}
     if both:
         name = next(r.source for r in loaded if r.sha256 in both)

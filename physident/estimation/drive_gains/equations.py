@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.effect import Column
 from physident.errors import NotSolvedError, warn
-from physident.estimation.drive_gains.load import every_column, load_regressor
+from physident.estimation.payload.load_regressor import all_independent, load_regressor
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, SHORTEST_PERIODS, correlation_rows, jackknife
 from physident.identifiability.base_parameters import BaseParameters
 
@@ -26,13 +26,13 @@ MAX_ITERATIONS = 100
 SETTLED = 1e-8  # largest change of a gain's logarithm
 LONGEST_STEP = 0.7  # of a gain's logarithm: a factor of two
 RANK_TOLERANCE = 1e-8  # of the largest singular value, columns scaled to unit length
-SHARE = 1e-3  # of a direction that the data do not decide: above it a gain takes part
+SHARE = 1e-3  # of an undetermined direction: with a larger share, a gain is part of it
 
 
 @dataclass(frozen=True, eq=False)
 class GainSolution:
-    """``x`` (q,) arm and load, ``gains`` (n,) [N m/A], ``noise`` (n,) [A] left in each joint's current, and whether the
-    equations' errors were taken to be the currents' (``total``) or torques' of the regressor."""
+    """``x`` (q,) parameters of arm and load, ``gains`` (n,) [N m/A], ``noise`` (n,) [A] of each joint's current, ``load``
+    (10,); ``total``: whether the errors were attributed to the currents (total least squares) or to the torques."""
 
     x: Array
     gains: Array
@@ -63,8 +63,8 @@ class GainEquations:
         place = np.full(len(regressor.columns), -1)
         place[base.independent] = np.arange(base.r)
         self.joints = tuple(
-            _joint(arm, own, current, place, base.r, mass)
-            for arm, own, current in zip(regressor.joints, load.joints, regressor.torque.T, strict=True)
+            _joint(arm, carried, current, place, base.r, mass)
+            for arm, carried, current in zip(regressor.joints, load.joints, regressor.torque.T, strict=True)
         )
 
     @property
@@ -73,7 +73,7 @@ class GainEquations:
         return any(np.linalg.norm(j.known) > 1e-9 * np.linalg.norm(j.values) for j in self.joints)
 
     def total_least_squares(self) -> GainSolution:
-        """Gains whose currents' errors are smallest; raises NotSolvedError where the iteration does not settle."""
+        """The gains with the smallest errors of the currents; raises NotSolvedError where the iteration does not settle."""
         solution = self._start()
         for _ in range(MAX_ITERATIONS):
             A, b = self.linearised(solution)
@@ -83,7 +83,7 @@ class GainEquations:
             kept = singular > RANK_TOLERANCE * singular[0]
             step = Vt[kept].T @ ((U[:, kept].T @ b) / singular[kept]) / scale
             step *= min(1.0, LONGEST_STEP / max(1e-300, float(np.abs(step[self.size :]).max())))
-            solution = self.renoised(self.moved(solution, step))
+            solution = self.after_step(solution, step)
             if np.abs(step[self.size :]).max() < SETTLED:
                 return solution
         raise NotSolvedError(
@@ -107,18 +107,18 @@ class GainEquations:
             target.append((F[:, -1] - torque / gain) / s)
         return np.concatenate(rows), np.concatenate(target)
 
-    def moved(self, solution: GainSolution, step: Array) -> GainSolution:
-        """The solution after a step (dx, -d log K)."""
+    def after_step(self, solution: GainSolution, step: Array) -> GainSolution:
+        """The solution after a step (dx, -d log K), with its residual as the new noise."""
         x, gains = solution.x + step[: self.size], solution.gains * np.exp(-step[self.size :])
-        return replace(solution, x=x, gains=gains, load=self._load(x))
+        return self._with_noise(replace(solution, x=x, gains=gains, load=self._load(x)))
 
-    def renoised(self, solution: GainSolution) -> GainSolution:
-        """The solution with the noise that it leaves."""
+    def _with_noise(self, solution: GainSolution) -> GainSolution:
+        """The solution with the size of its residual as noise."""
         noise = [self._error(j, solution.x, k) for j, k in zip(self.joints, solution.gains, strict=True)]
         return replace(solution, noise=np.array(noise))
 
     def decided(self, solution: GainSolution) -> NDArray[np.bool_]:
-        """Which gains (n,) take part in no direction that the equations leave open: the others show in products only."""
+        """Which gains (n,) the equations determine; the others are part of an undetermined direction."""
         A, _ = self.linearised(solution)
         scale = np.linalg.norm(A, axis=0)
         scale = np.where(scale > 0, scale, 1.0)
@@ -127,14 +127,14 @@ class GainEquations:
         return np.abs(open_directions).max(axis=0, initial=0.0) < SHARE
 
     def unexplained(self, solution: GainSolution) -> Array:
-        """Share (n,) [%] of each joint's current that the model leaves."""
+        """Share (n,) [%] of each joint's current that the model does not explain."""
         size = np.array([np.sqrt((joint.current**2).mean()) for joint in self.joints])
-        return 100 * self.renoised(solution).noise / np.where(size > 0, size, 1.0)
+        return 100 * self._with_noise(solution).noise / np.where(size > 0, size, 1.0)
 
     def log_covariance(self, solution: GainSolution) -> tuple[Array, int]:
-        """Covariance (n, n) of log K that survives autocorrelated errors, and the number of blocks behind it.
+        """Covariance (n, n) of log K, valid for autocorrelated errors, and the number of blocks behind it.
 
-        The scale comes from the rows with the load alone: they are to hold enough blocks, and only theirs count.
+        The scale comes from the rows with the load alone, so only their blocks count.
         """
         n, M = len(self.joints), len(self.regressor.time)
         rows, residual = [], np.zeros((M, n))
@@ -149,7 +149,7 @@ class GainEquations:
         memory = float(correlation_rows(white, residual).max())
         self._warn_if_short(memory)
         shorter = min(memory, max(1, self.carrying // FEWEST_BLOCKS) / BLOCK_PERIODS)
-        cut = jackknife(white, every_column(names), residual, shorter)
+        cut = jackknife(white, all_independent(names), residual, shorter)
         blocks = max(2, round(self.carrying / max(1.0, BLOCK_PERIODS * shorter)))
         return cut.covariance[self.size :, self.size :], blocks
 
@@ -157,7 +157,7 @@ class GainEquations:
         if self.carrying < FEWEST_BLOCKS * SHORTEST_PERIODS * memory:
             seconds = self.carrying / self.regressor.kept_rate
             warn(
-                f"{seconds:.3g} s of motion with the load hold {self.carrying / memory:.0f} independent samples: intervals of drive gains are rough; record the load longer"
+                f"{seconds:.3g} s of motion with the load contain {self.carrying / memory:.0f} independent samples: intervals of drive gains are rough; record the load longer"
             )
 
     def _linear(self, weights: Array) -> GainSolution:
@@ -170,10 +170,10 @@ class GainEquations:
             target.append(-w * joint.factor[:, -2])
         found = np.linalg.lstsq(np.concatenate(rows), np.concatenate(target), rcond=RANK_TOLERANCE)[0]
         x, gains = found[: self.size], found[self.size :]
-        return self.renoised(GainSolution(x, gains, np.ones(len(gains)), self._load(x), total=False))
+        return self._with_noise(GainSolution(x, gains, np.ones(len(gains)), self._load(x), total=False))
 
     def _start(self) -> GainSolution:
-        """All gains alike, such that the load comes out at its known mass."""
+        """One gain for all joints, such that the load has its known mass."""
         n = len(self.joints)
         rows, target = [], []
         for joint in self.joints:
@@ -185,7 +185,7 @@ class GainEquations:
         found = np.linalg.lstsq(np.concatenate(rows), np.concatenate(target), rcond=RANK_TOLERANCE)[0]
         gain = 1 / max(abs(float(found[-1])), 1e-6)
         x, gains = gain * found[:-1], np.full(n, gain)
-        return self.renoised(GainSolution(x, gains, np.ones(n), self._load(x)))
+        return self._with_noise(GainSolution(x, gains, np.ones(n), self._load(x)))
 
     def _error(self, joint: _Joint, x: Array, gain: float) -> float:
         """Standard deviation of the current's error [A]."""
@@ -197,11 +197,11 @@ class GainEquations:
         return np.concatenate([[self.mass], x[self.base.r :]])
 
 
-def _joint(arm: JointRows, own: JointRows, current: Array, place: Array, r: int, mass: float) -> _Joint:
+def _joint(arm: JointRows, load: JointRows, current: Array, place: Array, r: int, mass: float) -> _Joint:
     seen = place[arm.columns] >= 0
-    heavy = own.columns == 0
-    columns = np.concatenate([place[arm.columns[seen]], r - 1 + own.columns[~heavy]]).astype(np.intp)
-    values = np.column_stack([arm.values[:, seen], own.values[:, ~heavy]])
-    known = mass * own.values[:, heavy].sum(axis=1)
+    is_mass = load.columns == 0
+    columns = np.concatenate([place[arm.columns[seen]], r - 1 + load.columns[~is_mass]]).astype(np.intp)
+    values = np.column_stack([arm.values[:, seen], load.values[:, ~is_mass]])
+    known = mass * load.values[:, is_mass].sum(axis=1)
     factor = np.asarray(np.linalg.qr(np.column_stack([values, known, current]), mode="r"))
     return _Joint(columns, values, known, np.ascontiguousarray(current), factor)

@@ -1,5 +1,6 @@
-"""Physical estimation: a convex program whose links are rigid bodies and whose friction dissipates.
+"""Physically consistent estimation: a semidefinite program (SDP) whose links are rigid bodies and whose friction dissipates.
 
-``program`` states and solves it with cvxpy and Clarabel, ``cones`` are its constraints, ``prior`` keeps what the data do
-not decide near the description, ``certificate`` proves the result. Start with ``consistent``, the estimator.
+``problem`` states the convex problem, ``semidefinite_program`` solves it with cvxpy and Clarabel, ``certificate`` proves
+the answer. ``cones`` and ``bounds`` are the constraints; ``prior`` keeps what the data do not determine near the robot's
+description. Start with ``physical_fit``, the estimator.
 """

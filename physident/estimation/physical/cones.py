@@ -1,4 +1,4 @@
-"""What a real arm can be, as convex cones over the parameters of a model."""
+"""Physical consistency as convex cones over the parameters of a model: rigid bodies, dissipating friction, known bounds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Column, Effect
-from physident.estimation.physical.knowledge import Bound, Box, Ellipsoid, bound_rows, shape_rows
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid, bound_rows, volume_rows
 from physident.robots.inertia import pseudo_inertia
 from physident.robots.robot import Robot
 
@@ -22,10 +22,11 @@ FREE_SPEED = math.pi  # rad/s: for joints that state no limit
 
 
 @dataclass(frozen=True, eq=False)
-class Matrix:
-    """A symmetric matrix ``map`` (d, d, p) @ theta + ``offset`` that must be positive semidefinite, and its label.
+class MatrixInequality:
+    """A linear matrix inequality (LMI): ``map`` (d, d, p) @ theta + ``offset`` (d, d) is positive semidefinite.
 
-    ``link`` is the number of the link whose pseudo-inertia it is where the rigid body alone makes it, None otherwise.
+    ``label`` says what is wrong where it is not. ``link`` is the number (from 1) of the link whose pseudo-inertia the
+    matrix is, None where other effects than the rigid body contribute to it.
     """
 
     map: Array
@@ -38,20 +39,23 @@ class Matrix:
         return self.map @ theta + self.offset
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Cones:
-    """Physical parameters theta (p,): ``rows`` (m, p) @ theta + ``offsets`` (m,) >= 0, every matrix positive
-    semidefinite, ``equal`` (k, p) @ theta = ``targets`` (k,). ``labels`` (m + k) say what each row is."""
+    """The set of physical parameters theta (p,).
+
+    ``rows`` (m, p) @ theta + ``offsets`` (m,) >= 0, every matrix of ``matrices`` positive semidefinite, ``equal`` (k, p)
+    @ theta = ``targets`` (k,). ``labels`` (m + k) say what is wrong where a row is violated.
+    """
 
     rows: Array
     offsets: Array
-    matrices: tuple[Matrix, ...]
+    matrices: tuple[MatrixInequality, ...]
     equal: Array
     targets: Array
     labels: tuple[str, ...]
 
     def broken(self, theta: Array, tolerance: float = 1e-9) -> list[str]:
-        """What ``theta`` (p,) violates by more than ``tolerance`` of the size of its terms, each named once."""
+        """Labels of what ``theta`` (p,) violates by more than ``tolerance`` of the size of its terms, each once."""
         size = np.abs(self.rows) @ np.abs(theta) + np.abs(self.offsets)
         names = [
             label
@@ -69,40 +73,66 @@ def physical_cones(
     robot: Robot,
     effects: Sequence[Effect],
     total_mass: float | None = None,
-    shapes: Sequence[Ellipsoid | Box] = (),
+    bounding_volumes: Sequence[Ellipsoid | Box] = (),
     bounds: Sequence[Bound] = (),
 ) -> Cones:
-    """The cones of every effect, of each joint's friction as a sum, and of what is known about the arm."""
+    """The cones of every effect, of each joint's total friction, and of the given bounds.
+
+    Raises InputError for a bounding volume of a link that does not exist, or a bound of an unknown parameter.
+    """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
-    rows: list[tuple[Array, Array, list[str]]] = []
-    at = 0
-    for effect in effects:
-        own = slice(at, at + len(effect.columns(robot)))
-        at = own.stop
-        for cone in effect.cones(robot):
-            whole = np.zeros((len(cone.map), len(columns)))
-            whole[:, own] = cone.map
-            rows.append((whole, cone.offset, [_sign_label(row, columns) for row in whole]))
-    rows += [(r, np.zeros(len(r)), [f"friction of joint {j} drives it"] * len(r)) for j, r in friction(robot, effects)]
-    for shape in shapes:
-        inside = shape_rows(shape, columns)
-        rows.append((inside, np.zeros(len(inside)), [f"mass of link {shape.link} outside its shape"] * len(inside)))
+    blocks = _effect_rows(robot, effects, columns)
+    for joint, rows in friction_rows(robot, effects):
+        blocks.append(_Rows.all_labelled(f"friction of joint {joint} drives it", rows))
+    for volume in bounding_volumes:
+        label = f"mass of link {volume.link} outside its bounding volume"
+        blocks.append(_Rows.all_labelled(label, volume_rows(volume, columns)))
     for bound in bounds:
-        inside, offset = bound_rows(bound, columns)
-        rows.append((inside, offset, [f"{bound.parameter} outside its bounds"] * len(inside)))
+        blocks.append(_Rows.all_labelled(f"{bound.parameter} outside its bounds", *bound_rows(bound, columns)))
     equal = np.zeros((0 if total_mass is None else 1, len(columns)))
     equal[:, [i for i, c in enumerate(columns) if c.effect == "rigid_body" and c.unit == "kg"]] = 1.0
+    labels = [label for block in blocks for label in block.labels]
     return Cones(
-        np.concatenate([np.zeros((0, len(columns))), *(r for r, _, _ in rows)]),
-        np.concatenate([np.zeros(0), *(o for _, o, _ in rows)]),
-        tuple(link_matrices(robot, effects)), equal, np.full(len(equal), total_mass or 0.0),
-        tuple(label for _, _, labels in rows for label in labels) + ("total mass differs from the known one",) * len(equal),
-    )  # fmt: skip
+        rows=np.concatenate([np.zeros((0, len(columns))), *(block.rows for block in blocks)]),
+        offsets=np.concatenate([np.zeros(0), *(block.offsets for block in blocks)]),
+        matrices=tuple(link_matrices(robot, effects)),
+        equal=equal,
+        targets=np.full(len(equal), total_mass or 0.0),
+        labels=(*labels, *["total mass differs from the known one"] * len(equal)),
+    )
 
 
-def link_matrices(robot: Robot, effects: Sequence[Effect]) -> list[Matrix]:
-    """The pseudo-inertia of each link as the sum over all effects that change it: a payload may be negative, a tool
-    taken off, as long as the link with it is a body."""
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Some inequalities ``rows`` (m, p) @ theta + ``offsets`` (m,) >= 0 with a label each."""
+
+    rows: Array
+    offsets: Array
+    labels: list[str]
+
+    @staticmethod
+    def all_labelled(label: str, rows: Array, offsets: Array | None = None) -> _Rows:
+        return _Rows(rows, np.zeros(len(rows)) if offsets is None else offsets, [label] * len(rows))
+
+
+def _effect_rows(robot: Robot, effects: Sequence[Effect], columns: Sequence[Column]) -> list[_Rows]:
+    """The cones that each effect states for its own parameters."""
+    blocks, start = [], 0
+    for effect in effects:
+        stop = start + len(effect.columns(robot))
+        for cone in effect.cones(robot):
+            rows = np.zeros((len(cone.map), len(columns)))
+            rows[:, start:stop] = cone.map
+            blocks.append(_Rows(rows, cone.offset, [_sign_label(row, columns) for row in rows]))
+        start = stop
+    return blocks
+
+
+def link_matrices(robot: Robot, effects: Sequence[Effect]) -> list[MatrixInequality]:
+    """The pseudo-inertia of each link as the sum over all effects that change it.
+
+    A payload may be negative, such as a tool that was removed, as long as the link with it is a rigid body.
+    """
     units = [(effect, unit) for effect in effects for unit in np.eye(len(effect.columns(robot)))]
     added = [effect.inertia(robot, unit) for effect, unit in units]
     links = np.array([np.zeros(10 * robot.n) if one is None else one.links for one in added]).T
@@ -110,16 +140,19 @@ def link_matrices(robot: Robot, effects: Sequence[Effect]) -> list[Matrix]:
     blocks = [(i + 1, links[10 * i : 10 * i + 10]) for i in range(robot.n)]
     alone = np.array([effect.name == "rigid_body" for effect, _ in units])
     return [
-        Matrix(basis @ block, np.zeros((4, 4)), f"link {i} is no rigid body", None if block[:, ~alone].any() else i)
+        MatrixInequality(
+            basis @ block, np.zeros((4, 4)), f"link {i} is not a rigid body", None if block[:, ~alone].any() else i
+        )
         for i, block in blocks
         if block.any()
     ]
 
 
-def friction(robot: Robot, effects: Sequence[Effect]) -> list[tuple[int, Array]]:
-    """For each joint (from 1) with friction, rows (S, p): the sum of its friction effects against the motion.
+def friction_rows(robot: Robot, effects: Sequence[Effect]) -> list[tuple[int, Array]]:
+    """For each joint (from 1) with friction, rows (S, p) with rows @ theta = F(v) sgn v >= 0.
 
-    rows @ theta = F(v) sgn v at speeds v in both directions, up to the joint's limit; each row scaled to one.
+    F is the sum of the joint's friction effects, v are speeds in both directions up to the joint's limit. The largest
+    entry of each row is scaled to one.
     """
     result = []
     for j in range(robot.n):
@@ -130,8 +163,8 @@ def friction(robot: Robot, effects: Sequence[Effect]) -> list[tuple[int, Array]]
         v = np.concatenate([-speeds[::-1], speeds])
         blocks = []
         for effect in effects:
-            own = np.array([column.joint == j + 1 for column in effect.columns(robot)])
-            blocks.append((effect.friction(robot, v) * np.sign(v)) * own[:, None])
+            on_joint = np.array([column.joint == j + 1 for column in effect.columns(robot)])
+            blocks.append((effect.friction(robot, v) * np.sign(v)) * on_joint[:, None])
         rows = np.concatenate(blocks).T
         size = np.abs(rows).max(axis=1)
         if size.any():

@@ -1,4 +1,4 @@
-"""Priors: what a robot's nominal values are worth beside the recordings."""
+"""Priors: how far a robot's nominal values are trusted beside the recordings."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Column
 from physident.errors import InputError, warn
+from physident.json_records import RecordReader
 from physident.robots.inertia import link_parameters, pseudo_inertia
 
 Array = NDArray[np.float64]
-TIE_BREAK = 1e-6  # weight of the distance to nominal that decides what nothing else decides
-TIE_BREAK_OTHERS = 1e-8  # for other parameters than links, in SI units: data decide them in any real recording
+TIE_BREAK = 1e-6  # weight of the distance to nominal for parameters that neither data nor prior determine
+TIE_BREAK_OTHERS = 1e-8  # for other parameters than links, in SI units: any real recording determines them
 THINNEST = 0.01  # m: radius of gyration below which no link of an arm is built
 LIGHTEST = 0.01  # kg: for a link whose description states no mass
 
 
 @dataclass(frozen=True)
 class Prior(ABC):
-    """What nominal values are worth.
+    """How far nominal values are trusted.
 
     A weight of one says that a link's pseudo-inertia is known to a factor of about e (one standard deviation) along
     every direction, a weight of 100 to about a tenth of itself; "auto" chooses it by left-out recordings. ``nominal``
@@ -44,13 +45,13 @@ class Prior(ABC):
             object.__setattr__(self, "nominal", tuple(float(x) for x in self.nominal))
 
     def as_dict(self) -> dict[str, Any]:
-        """Its name and settings, as JSON can hold them."""
+        """Its name and settings as plain numbers and texts for JSON."""
         return {"prior": self.name, "weight": self.weight, "nominal": self.nominal and list(self.nominal)}
 
 
 @dataclass(frozen=True)
 class NoPrior(Prior):
-    """No belief in nominal values: they only break ties between parameters that torques cannot tell apart."""
+    """Nominal values only break ties between parameters that torques cannot distinguish."""
 
     weight: float | Literal["auto"] = TIE_BREAK
 
@@ -80,19 +81,27 @@ class Entropic(Prior):
     name: ClassVar[str] = "entropic"
 
 
+READER = RecordReader("identify it again")
 PRIORS: dict[str, type[Prior]] = {prior.name: prior for prior in (NoPrior, NominalDistance, Entropic)}
 
 
 def make_prior(name: str, weight: float | Literal["auto"] | None = None) -> Prior:
     """The prior of a name, with its default weight where none is given; raises InputError for another name."""
-    if name not in PRIORS:
-        raise InputError(f"prior {name!r} is unknown, expected one of {', '.join(PRIORS)}")
-    return PRIORS[name]() if weight is None else PRIORS[name](weight)
+    kind = _prior_class(name)
+    return kind() if weight is None else kind(weight)
 
 
 def prior_from_dict(data: dict[str, Any]) -> Prior:
-    """The prior that ``Prior.as_dict`` described."""
-    return PRIORS[data["prior"]](data["weight"], data["nominal"] and tuple(data["nominal"]))
+    """The prior that ``Prior.as_dict`` described; raises InputError, naming the entry, for a wrong value."""
+    kind = _prior_class(READER.read(str, data["prior"], "estimator.prior.prior"))
+    weight = READER.read(float | Literal["auto"], data["weight"], "estimator.prior.weight")
+    return kind(weight, READER.read(tuple[float, ...] | None, data["nominal"], "estimator.prior.nominal"))
+
+
+def _prior_class(name: str) -> type[Prior]:
+    if name not in PRIORS:
+        raise InputError(f"prior {name!r} is unknown, expected one of {', '.join(PRIORS)}")
+    return PRIORS[name]
 
 
 def nominal_values(prior: Prior, columns: Sequence[Column], described: Array) -> Array:
@@ -106,7 +115,7 @@ def nominal_values(prior: Prior, columns: Sequence[Column], described: Array) ->
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         names = ", ".join(columns[i].name for i in bad[:5])
-        raise InputError(f"prior is {values[bad[0]]} for {names}; expected finite nominal values: take the robot's own")
+        raise InputError(f"prior is {values[bad[0]]} for {names}; expected finite nominal values such as the robot's")
     return values
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from physident.graphics import style
 from physident.recordings.recording import Recording
-from physident.validation.scores import Predictions
+from physident.validation.predictions import Predictions
 
 
 def plot_predictions(

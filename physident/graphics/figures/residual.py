@@ -13,7 +13,7 @@ from physident.diagnosis.result.wording import REMAINS, headline
 from physident.graphics import style
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
-from physident.validation.comparison import Pair, contact_bands, predict_pair, rms
+from physident.validation.comparison import Pair, contact_bands, predict_pair
 
 HEAD_WIDTH = 110  # characters
 LINES = (("before", style.RESIDUAL, 0.9), ("after", style.PREDICTED, 1.1))  # name, colour, width
@@ -51,7 +51,7 @@ def plot_residuals(
         for border in borders:
             axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
         axis.set_ylabel(f"residual [{units[j]}]")
-        sizes = [float(rms(p)[j]) for p in pair.both]
+        sizes = [float(p.rms[j]) for p in pair.both]
         title = f"joint {joint}, {robot.joint_names[j]}: {_change(sizes, units[j])}"
         axis.set_title(title, fontsize=9, loc="left", parse_math=False)
     if head:

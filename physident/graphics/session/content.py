@@ -15,7 +15,6 @@ from physident.graphics.plan import Plan
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 from physident.robots.robot import Robot
-from physident.validation.scores import with_gains
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,9 @@ def compose(
     filter, gains = (source.filter, source.drive_gains) if source is not None else (Filter(), None)
     filter = Filter(cutoff if cutoff is not None else filter.cutoff, filter.rate)
     listed = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    return SessionContent(chosen, tuple(with_gains(r, gains) for r in listed), shown, diagnosis, filter=filter)
+    return SessionContent(
+        chosen, tuple(r.with_default_drive_gains(gains) for r in listed), shown, diagnosis, filter=filter
+    )
 
 
 def model_hash(model: Model) -> str:

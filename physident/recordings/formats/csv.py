@@ -1,4 +1,4 @@
-"""Comma-separated text, plain or gzip: read in blocks, bounded in memory, broken rows named instead of fatal."""
+"""Comma-separated text, plain or gzip: read in blocks of bounded memory; broken rows are listed, not fatal."""
 
 from __future__ import annotations
 
@@ -19,16 +19,14 @@ from physident.recordings.recording import BadRow
 BLOCK = 4 << 20  # bytes
 SEPARATORS = {";": "semicolon", "\t": "tab"}
 PRINTABLE = bytes(b if b in (9, 10, 13) or 32 <= b < 127 else 63 for b in range(256))
-MAX_REJECTED = (
-    100_000  # rows with a wrong number of fields: naming more would fill the memory, and tell nobody anything
-)
+MAX_REJECTED = 100_000  # rows with a wrong number of fields: listing more would only fill the memory
 
 
 def read_csv(path: Path) -> Table:
     """The table of a CSV file; a first row without any number is its header.
 
-    Rows with a wrong number of fields are left out and named, cells that are no number become NaN. Row numbers are line
-    numbers. Raises InputError for a file that is empty, not text, no gzip, without commas, or too large.
+    Rows with a wrong number of fields are left out and listed; cells that are not numbers become NaN. Row numbers are line
+    numbers. Raises InputError for a file that is empty, not text, a broken gzip, without commas, or too large.
     """
     first = _first_line(path)
     fields = [field.strip().strip('"') for field in first.split(",")]
@@ -85,7 +83,7 @@ def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, 
 
     names = [str(i) for i in range(width)]
     read = csv.ReadOptions(use_threads=False, block_size=len(text) + 1, column_names=names)
-    # every line is a row, whatever it holds: an odd quote or an empty line must not shift the numbers of the others
+    # every line is a row: a stray quote or an empty line must not shift the line numbers of the others
     parse = csv.ParseOptions(invalid_row_handler=invalid, quote_char=False, ignore_empty_lines=False)
     for kind in (pa.float64(), pa.binary()):  # cell by cell where some cell is no number
         bad.clear()
@@ -107,7 +105,7 @@ def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, 
 
 
 def _whole_lines(path: Path) -> Iterator[bytes]:
-    """The file in blocks that end with a line; bytes that are no ASCII text read as "?", which is no number."""
+    """The file in blocks that end with a line; bytes that are not ASCII text are read as "?", which is not a number."""
     carry = b""
     try:
         with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
@@ -130,7 +128,7 @@ def _whole_lines(path: Path) -> Iterator[bytes]:
 
 
 def _joined(blocks: list[np.ndarray], rows: int, width: int) -> np.ndarray:
-    """The blocks one under another, each given back as soon as it is copied: the table is never held twice."""
+    """The blocks stacked, each freed as soon as it is copied, so that the table is never in memory twice."""
     values = np.empty((rows, width))
     at = rows
     while blocks:
@@ -145,7 +143,7 @@ def _numbers(cells: list[bytes | None]) -> np.ndarray:
 
 
 def _number(cell: bytes) -> float:
-    """The value of a cell, NaN where it is none; Python's own 1_000 is none."""
+    """The value of a cell, NaN for a text that is not a number; 1_000 is none, although Python accepts it."""
     try:
         return float(cell) if b"_" not in cell else np.nan
     except ValueError:
@@ -162,7 +160,7 @@ def _is_gzip(path: Path) -> bool:
 
 
 def _first_line(path: Path) -> str:
-    """The first line, read without trusting the file to have a short one."""
+    """The first line, of limited length."""
     try:
         with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
             head = stream.read(BLOCK)

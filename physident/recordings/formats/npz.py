@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
-from physident.recordings.columns import CHANNELS
 from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
+from physident.recordings.layout import CHANNELS
 
 
 def read_npz(path: Path) -> Table:
@@ -47,7 +47,7 @@ def _shape(path: Path, archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
             raise ValueError(f"{name!r} is of array format {version}, which is not known")
         shape, _, dtype = header(stream)
     if dtype.kind not in "fiu":
-        raise InputError(f"{path}: {name!r} holds {dtype}, expected plain arrays of real numbers")
+        raise InputError(f"{path}: {name!r} contains {dtype}, expected plain arrays of real numbers")
     return shape
 
 

@@ -43,8 +43,8 @@ def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
         *([("extended model", _model(c.extended))] if c.extended is not None else []),
         ("low-pass", f"{c.filter.cutoff:g}{SPACE}Hz, the same for the torque and for every column of the model"),
     ]
-    if c.columns is not None:
-        rows.append(("columns", tag("code", c.columns)))
+    if c.layout is not None:
+        rows.append(("columns", tag("code", c.layout)))
     if c.drive_gains is not None:
         rows.append(("drive gains", f"{' '.join(f'{g:g}' for g in c.drive_gains)}{SPACE}N{SPACE}m/A"))
     rows.append(("diagnose again", tag("code", _again(c))))

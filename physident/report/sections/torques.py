@@ -17,7 +17,7 @@ from physident.report.chart import Line, legend, line_chart
 from physident.report.markup import tag
 from physident.report.numbers import arrow, change, percent
 from physident.report.reread import Reread
-from physident.validation.comparison import Pair, predict_pair, rms
+from physident.validation.comparison import Pair, predict_pair
 
 MAX_DRAWN = 2  # recordings
 EXTENDED = "extended model"
@@ -85,7 +85,7 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
     predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
     residuals = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
-    sizes = [float(rms(p)[j]) for p in pair.both]
+    sizes = [float(p.rms[j]) for p in pair.both]
     text = arrow(sizes, unit)
     changed = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""
     return tag(

@@ -30,25 +30,25 @@ def load_regressor(regressor: Regressor, torque: Array, rows: NDArray[np.bool_] 
     carried = np.ones(len(regressor.time)) if rows is None else rows.astype(float)
     joints = []
     for one in regressor.joints:
-        own = np.isin(one.columns, first)
-        joints.append(JointRows(one.columns[own] - first[0], one.values[:, own] * carried[:, None]))
+        last_link = np.isin(one.columns, first)
+        joints.append(JointRows(one.columns[last_link] - first[0], one.values[:, last_link] * carried[:, None]))
     return replace(regressor, columns=load_columns(n + 1), joints=tuple(joints), torque=torque)
 
 
 def load_columns(number: int) -> tuple[Column, ...]:
-    """Names and units of a load's parameters, written as those of link ``number``."""
+    """The columns of a load's parameters, named as those of link ``number``."""
     names = zip(PARAMETER_NAMES, PARAMETER_UNITS, strict=True)
     return tuple(Column(f"{name}_{number}", unit, number, "rigid_body") for name, unit in names)
 
 
-def every_column(columns: tuple[Column, ...]) -> BaseParameters:
-    """Base parameters that are the parameters themselves."""
+def all_independent(columns: tuple[Column, ...]) -> BaseParameters:
+    """Base parameters of columns that are all independent: the parameters themselves."""
     p = len(columns)
     return BaseParameters(columns, np.arange(p), np.empty(0, dtype=np.intp), np.zeros((p, 0)), np.ones(p), (1.0, 0.0))
 
 
 def solid_load(mass: float, moment: Array) -> Array:
-    """Ten parameters (10,) of a ball of about this mass [kg] and first moment (3,) [kg m]: a scale, not a belief."""
+    """Ten parameters (10,) of a ball of about this mass [kg] and first moment (3,) [kg m]: a scale for a fit, no prior."""
     m = max(float(mass), 0.1)
     c = np.asarray(moment, dtype=float) / m
     c = c * min(1.0, FARTHEST / max(float(np.linalg.norm(c)), 1e-9))

@@ -1,4 +1,4 @@
-"""Shape parameters and model-dependent columns: what must settle before an estimator sees a linear problem."""
+"""Shape parameters and model-dependent columns: both must settle before an estimator has a linear problem."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.effect import Effect, ShapeParameter
 from physident.estimation.least_squares import solve_step
-from physident.estimation.nearest import nearest_to
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.identifiability.projection import Baseline
 from physident.recordings.signals import Filter, Signals
@@ -20,9 +19,9 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SWEEPS = 5
-SETTLED = 1e-3  # relative change of a shape, or of the model's torque in its own noise, that counts as none
+SETTLED = 1e-3  # largest change between rounds: of the noise's size, or of the model's torque relative to the residual
 REFRESHES = 20
-REFINED = 1e-2  # relative width at which the search for a shape ends: its own uncertainty is larger
+REFINED = 1e-2  # relative width at which the search for a shape parameter ends, well below its standard error
 
 
 def settle(
@@ -30,25 +29,25 @@ def settle(
 ) -> tuple[tuple[Effect, ...], Regressor]:
     """Effects with every shape parameter set, and the regressor whose model-dependent columns have settled.
 
-    Shapes that are not set are found on the same recordings: a grid, then a refinement, of the weighted residual after
-    all linear parameters are refitted (variable projection: Golub and Pereyra, 1973). Columns that depend on the model
-    are refreshed with weighted least squares until they no longer change the prediction.
+    Shape parameters that are not given are identified on the same recordings: the weighted residual after all linear
+    parameters are refitted is minimised over a grid and then refined (variable projection: Golub and Pereyra, 1973).
+    Columns that depend on the model are rebuilt with weighted least squares until the prediction no longer changes.
     """
     found = find_shapes(robot, tuple(effects), signals, filter)
-    return found, refreshed(robot, found, signals, filter)
+    return found, settled_regressor(robot, found, signals, filter)
 
 
-def refreshed(
+def settled_regressor(
     robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter, theta: Array | None = None
 ) -> Regressor:
-    """The regressor at its own weighted least squares: built anew with the found parameters until it settles."""
+    """The regressor whose model-dependent columns are those of its weighted least squares, iterated until they settle."""
     if not any(effect.needs_model for effect in effects):
         return build_regressor(robot, effects, signals, filter)
     theta = _start(robot, effects, signals, filter) if theta is None else theta
     regressor = build_regressor(robot, effects, signals, filter, theta=theta)
     dependent = [effect for effect in effects if effect.needs_model]
-    owner = [effect for effect in effects for _ in effect.columns(robot)]
-    places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
+    effect_of_column = [effect for effect in effects for _ in effect.columns(robot)]
+    places = np.array([i for i, effect in enumerate(effect_of_column) if effect.needs_model], dtype=np.intp)
     for _ in range(REFRESHES):
         after = _fit(robot, effects, regressor)
         change = regressor.predict(after) - regressor.predict(theta)
@@ -64,25 +63,25 @@ def refreshed(
 def find_shapes(
     robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter
 ) -> tuple[Effect, ...]:
-    """The effects with every shape parameter set, those not given found joint by joint."""
+    """The effects with every shape parameter set; those not given are identified joint by joint."""
     open_effects = [i for i, effect in enumerate(effects) if _open(effect)]
     if not open_effects:
         return effects
     fixed = tuple(effect for i, effect in enumerate(effects) if i not in open_effects)
-    regressor = refreshed(robot, fixed, signals, filter)
+    regressor = settled_regressor(robot, fixed, signals, filter)
     weights = _weights(robot, fixed, regressor)
     chosen: dict[tuple[int, int], Effect] = {}
     keys = [(i, joint) for i in open_effects for joint in _joints(effects[i], robot)]
     for sweep in range(SWEEPS):
-        moved = False
+        changed = False
         for i, joint in keys:
             others = (*fixed, *(effect for key, effect in chosen.items() if key != (i, joint)))
             baseline = Baseline.of(build_regressor(robot, others, signals, filter), weights)
             before = chosen.get((i, joint))
             now = _best(robot, replace(effects[i], joints=(joint,)), before, baseline, signals, filter)
-            moved |= before is None or _moved(before, now)
+            changed |= before is None or _has_changed(before, now)
             chosen[i, joint] = now
-        if not moved or len(keys) == 1:
+        if not changed or len(keys) == 1:
             break
         if sweep == 0:
             every = (*fixed, *chosen.values())
@@ -93,12 +92,12 @@ def find_shapes(
 def _best(
     robot: Robot, effect: Effect, before: Effect | None, baseline: Baseline, signals: Sequence[Signals], filter: Filter
 ) -> Effect:
-    """The effect on one joint with the shape of the largest gain: on the grid first, then between its neighbours."""
+    """The effect on one joint with the shape parameter of the largest gain: on the grid, then between its neighbours."""
     (shape,) = [s for s in effect.shape_parameters if getattr(effect, s.field) is None]
 
     def gain(value: float) -> float:
         candidate = build_regressor(robot, [_with(effect, shape, value)], signals, filter)
-        return baseline.judge(candidate).gain
+        return baseline.project(candidate).gain
 
     grid = np.array(effect.search_grid(robot, effect.joints or (), shape))
     if before is not None and not shape.discrete:
@@ -123,7 +122,7 @@ def _best(
 
 
 def _open(effect: Effect) -> bool:
-    """Whether a shape parameter of it is still to be found."""
+    """Whether one of its shape parameters is still to be identified."""
     by_temperature = getattr(effect, "reference_temperature", None) is not None
     return not by_temperature and any(getattr(effect, shape.field) is None for shape in effect.shape_parameters)
 
@@ -136,12 +135,12 @@ def _with(effect: Effect, shape: ShapeParameter, value: float) -> Effect:
     return replace(effect, **{shape.field: (value,)})
 
 
-def _moved(before: Effect, now: Effect) -> bool:
+def _has_changed(before: Effect, now: Effect) -> bool:
     return any(abs(getattr(now, s.field)[0] / getattr(before, s.field)[0] - 1) > REFINED for s in now.shape_parameters)
 
 
 def _merged(effect: Effect, parts: list[Effect]) -> Effect:
-    """One effect over all its joints with the shapes that its parts found."""
+    """One effect on all its joints with the shape parameters of its parts."""
     if not parts:
         return effect
     fields = {s.field: tuple(getattr(part, s.field)[0] for part in parts) for s in effect.shape_parameters}
@@ -154,13 +153,13 @@ def _weights(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) ->
 
 
 def _fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
-    """Parameters (p,) by weighted least squares on the factors alone; what the data do not show stays nominal."""
+    """Parameters (p,) by weighted least squares on the QR factors; what the data do not show keeps its nominal value."""
     base, nominal = find_base_parameters(robot, effects), Model.nominal(robot, effects).theta
     theta, floor = nominal, 1e-9 * max(1.0, float(np.abs(regressor.torque).max()))
     weights = np.ones(robot.n)
     for _ in range(REFRESHES):
         solved = solve_step(regressor, base, weights, base.values(nominal))
-        theta = nearest_to(nominal, base, solved.x)
+        theta = base.nearest(nominal, solved.x)
         after = 1 / np.maximum(regressor.joint_sizes(theta) / np.sqrt(len(regressor.time)), floor)
         settled = np.allclose(after, weights, rtol=SETTLED)
         weights = after
@@ -170,7 +169,7 @@ def _fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Arr
 
 
 def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter) -> Array:
-    """Parameters (p,) to begin with: the effects that depend on no model are fitted alone, the others are zero."""
+    """First parameters (p,): effects that depend on no model are fitted alone, the others are nominal."""
     plain = tuple(effect for effect in effects if not effect.needs_model)
     if not plain:
         return Model.nominal(robot, effects).theta

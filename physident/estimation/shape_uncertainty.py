@@ -1,4 +1,4 @@
-"""How sure a shape parameter is, and what its uncertainty adds to the parameters beside it."""
+"""The uncertainty of shape parameters, and what it adds to the covariance of the linear parameters."""
 
 from __future__ import annotations
 
@@ -11,35 +11,38 @@ from numpy.typing import NDArray
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Column, Effect
 from physident.identifiability.base_parameters import BaseParameters
+from physident.json_records import NotNegative, Positive
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-STEP = 0.02  # relative: of the central difference in a shape, which is known to percents
+STEP = 0.02  # relative step of the central difference: a shape parameter is known to within percents
 
 
 @dataclass(frozen=True)
 class FoundShape:
-    """A shape parameter that identification found: its effect, joint, field, value and standard error in ``unit``."""
+    """An identified shape parameter: its effect, joint (from 1), field, value and standard error in ``unit``."""
 
     effect: str
-    joint: int
+    joint: Positive
     field: str
-    value: float
-    std: float
+    value: NotNegative
+    std: NotNegative
     unit: str
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
-    """Derivatives of the prediction with the logarithm of each found shape: ``torque`` (k, M, n) [N m|N], and where each
-    belongs: effect's index, joint."""
+class ShapeSensitivities:
+    """Derivatives ``torque`` (k, M, n) [N m|N] of the prediction by the logarithm of each identified shape parameter.
+
+    ``places``: index of its effect (from 0) and joint (from 1).
+    """
 
     torque: Array
     places: tuple[tuple[int, int], ...]
 
     def added_to(self, regressor: Regressor, base: BaseParameters) -> tuple[Regressor, BaseParameters]:
-        """The regressor and its base parameters with one more independent column for each shape."""
+        """The regressor and its base parameters with one more independent column for each shape parameter."""
         p, k = len(regressor.columns), len(self.places)
         names = tuple(Column(f"shape_{i}", "1", joint, "shape") for i, (_, joint) in enumerate(self.places))
         joints = tuple(
@@ -51,13 +54,13 @@ class Slopes:
         columns = (*regressor.columns, *names)
         independent = np.append(base.independent, np.arange(p, p + k))
         beta = np.concatenate([base.beta, np.zeros((k, base.beta.shape[1]))])
-        grown = replace(
+        extended = replace(
             base, columns=columns, independent=independent, beta=beta, shares=np.append(base.shares, np.ones(k))
         )
-        return replace(regressor, columns=columns, joints=joints), grown
+        return replace(regressor, columns=columns, joints=joints), extended
 
     def found(self, robot: Robot, effects: Sequence[Effect], covariance: Array) -> tuple[FoundShape, ...]:
-        """The shapes with standard errors from the covariance (r + k, r + k) of the grown problem."""
+        """The shape parameters with standard errors from the covariance (r + k, r + k) of the extended problem."""
         std = np.sqrt(np.diag(covariance))[len(covariance) - len(self.places) :]
         result = []
         for (index, joint), error in zip(self.places, std, strict=True):
@@ -68,20 +71,20 @@ class Slopes:
         return tuple(result)
 
 
-def shape_slopes(
+def shape_sensitivities(
     robot: Robot,
-    asked: Sequence[Effect],
-    found: Sequence[Effect],
+    initial: Sequence[Effect],
+    settled: Sequence[Effect],
     theta: Array,
     signals: Sequence[Signals],
     filter: Filter,
-) -> Slopes:
-    """Slopes of the shapes that ``asked`` left open and ``found`` holds, at the parameters (p,); discrete shapes have none."""
+) -> ShapeSensitivities:
+    """Sensitivities at ``theta`` (p,) to the shape parameters that ``initial`` left open; discrete ones have none."""
     torque, places = [], []
     at = 0
-    for index, (before, effect) in enumerate(zip(asked, found, strict=True)):
+    for index, (before, effect) in enumerate(zip(initial, settled, strict=True)):
         k = len(effect.columns(robot))
-        own, at = theta[at : at + k], at + k
+        effect_theta, at = theta[at : at + k], at + k
         for shape in effect.shape_parameters:
             if shape.discrete or getattr(before, shape.field) is not None or getattr(effect, shape.field) is None:
                 continue
@@ -92,8 +95,8 @@ def shape_slopes(
                     moved = values.copy()
                     moved[place] *= factor
                     one = replace(effect, **{shape.field: tuple(moved)})
-                    sides.append(build_regressor(robot, [one], signals, filter).predict(own))
+                    sides.append(build_regressor(robot, [one], signals, filter).predict(effect_theta))
                 torque.append((sides[0] - sides[1]) / (2 * STEP))
                 places.append((index, joint + 1))
     rows = np.array(torque) if torque else np.zeros((0, 0, robot.n))
-    return Slopes(rows, tuple(places))
+    return ShapeSensitivities(rows, tuple(places))

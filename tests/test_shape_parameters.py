@@ -9,8 +9,9 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.estimation.shapes import refreshed
+from physident.estimation.shape_parameters import settled_regressor
 from physident.identifiability.projection import Baseline
+from physident.recordings.layout import Channels
 from physident.recordings.rows import recording_from_rows
 from tests.test_identify import COULOMB, VISCOUS, _recording
 
@@ -25,7 +26,7 @@ def _with_extra(robot: pid.Robot, seed: int, extra: object, noise: float = 0.1) 
     load = np.array([pin.rnea(robot.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
     torque = load + COULOMB * np.tanh(v / 0.01) + VISCOUS * v + extra(time, q, v, load)  # pyright: ignore[reportCallIssue]
     torque += noise * np.random.default_rng(seed).normal(size=torque.shape)
-    return recording_from_rows(time, q, v, torque, None, "torque", f"made {seed}")
+    return recording_from_rows(Channels(time=time, q=q, effort=torque, effort_kind="torque", dq=v), f"made {seed}")
 
 
 def _one(joint: int, column: np.ndarray) -> np.ndarray:
@@ -54,13 +55,13 @@ def test_a_strong_shape_is_found_within_ten_percent(
     estimate = pid.identify(ur5, runs, [*DEFAULT, effect], filter=pid.Filter(8.0))
     (found,) = getattr(estimate.model.effects[-1], field)
     assert found == pytest.approx(truth, rel=0.1)
-    if not effect.shape_parameters[0].discrete:
-        (shape,) = estimate.shapes
+    if not effect.shapes[0].discrete:
+        (shape,) = estimate.shape_parameters
         assert (shape.value, shape.joint, shape.field) == (found, 3, field)
         assert abs(found - truth) < 4 * shape.std < truth
         # a parameter beside a shape that had to be found is less sure than beside one that is given
         given = pid.identify(ur5, runs, [*DEFAULT, estimate.model.effects[-1]], filter=pid.Filter(8.0))
-        assert given.shapes == ()
+        assert given.shape_parameters == ()
         assert (np.diag(estimate.covariance) >= 0.9 * np.diag(given.covariance)).all()
 
 
@@ -78,7 +79,7 @@ def test_load_dependent_friction_settles_on_the_truth(ur5: pid.Robot) -> None:
     # settled: the regressor at the found parameters predicts what the model itself predicts
     signals = [pid.prepare(run, estimate.filter) for run in runs]
     regressor = pid.build_regressor(lighter, estimate.model.effects, signals, estimate.filter, theta=estimate.theta)
-    again = refreshed(lighter, estimate.model.effects, signals, estimate.filter)
+    again = settled_regressor(lighter, estimate.model.effects, signals, estimate.filter)
     difference = np.abs(again.predict(estimate.theta) - regressor.predict(estimate.theta)).max()
     assert difference < 0.02
 
@@ -93,10 +94,10 @@ def test_projected_gain_is_the_gain_of_a_refit(ur5: pid.Robot) -> None:
     weights = np.linspace(0.5, 2.0, 6)
     regressor = pid.build_regressor(ur5, effects, signals, filter)
     baseline = Baseline.of(regressor, weights)
-    judged = baseline.judge(pid.build_regressor(ur5, extra, signals, filter))
+    judged = baseline.project(pid.build_regressor(ur5, extra, signals, filter))
     both = Baseline.of(pid.build_regressor(ur5, (*effects, *extra), signals, filter), weights)
     assert judged.gain == pytest.approx(baseline.cost - both.cost, rel=1e-6)
     assert 0 < judged.share <= 1
-    inside = baseline.judge(pid.build_regressor(ur5, pid.make_effects(["coulomb_friction"]), signals, filter))
+    inside = baseline.project(pid.build_regressor(ur5, pid.make_effects(["coulomb_friction"]), signals, filter))
     assert inside.share < 1e-9
     assert inside.gain == pytest.approx(0.0, abs=1e-6 * baseline.cost)

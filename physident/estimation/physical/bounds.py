@@ -1,4 +1,4 @@
-"""Facts about an arm that narrow what its parameters can be: shapes that contain a link, bounds of single parameters."""
+"""Known bounds of an arm: volumes that contain a link's mass, limits of single parameters."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Bound:
-    """``lower`` <= parameter <= ``upper`` in its own unit, by name as in "m_6"; None where there is none."""
+    """``lower`` <= parameter <= ``upper`` in the parameter's unit, by name as in "m_6"; None for no bound on that side."""
 
     parameter: str
     lower: float | None = None
@@ -84,29 +84,31 @@ class Bound:
         given = [x for x in (self.lower, self.upper) if x is not None]
         if not given or not all(map(math.isfinite, given)) or given != sorted(given):
             raise InputError(
-                f"bounds of {self.parameter} contradict or say nothing: from {self.lower} to {self.upper}; expected lower <= upper"
+                f"bounds of {self.parameter} are {self.lower} and {self.upper}, expected at least one finite number, and lower <= upper"
             )
 
 
-def shape_rows(shape: Ellipsoid | Box, columns: Sequence[Column]) -> Array:
-    """Rows (m, p) with rows @ theta >= 0 for a link inside its shape; raises InputError for a link that does not exist."""
-    own = [i for i, c in enumerate(columns) if c.effect == "rigid_body" and c.joint == shape.link]
-    if len(own) != 10:
-        raise InputError(f"shape of link {shape.link}: the model has no such link with rigid_body parameters")
-    rows = np.zeros((len(shape.moments()), len(columns)))
+def volume_rows(volume: Ellipsoid | Box, columns: Sequence[Column]) -> Array:
+    """Rows (m, p) with rows @ theta >= 0 for a link inside its volume; raises InputError for a link that does not exist."""
+    link_columns = [i for i, c in enumerate(columns) if c.effect == "rigid_body" and c.joint == volume.link]
+    if len(link_columns) != 10:
+        raise InputError(
+            f"bounding volume of link {volume.link}: the model has no such link with rigid_body parameters"
+        )
+    rows = np.zeros((len(volume.moments()), len(columns)))
     units = [pseudo_inertia(unit) for unit in np.eye(10)]
-    for row, Q in zip(rows, shape.moments(), strict=True):
-        row[own] = [np.sum(Q * unit) for unit in units]
+    for row, Q in zip(rows, volume.moments(), strict=True):
+        row[link_columns] = [np.sum(Q * unit) for unit in units]
     return rows
 
 
 def bound_rows(bound: Bound, columns: Sequence[Column]) -> tuple[Array, Array]:
     """Rows (m, p) and offsets (m,) with rows @ theta + offsets >= 0; raises InputError for an unknown parameter."""
-    own = [i for i, c in enumerate(columns) if c.name == bound.parameter]
-    if len(own) != 1:
+    places = [i for i, c in enumerate(columns) if c.name == bound.parameter]
+    if len(places) != 1:
         names = ", ".join(c.name for c in columns if c.effect != "rigid_body")
         raise InputError(f"bound of unknown parameter {bound.parameter!r}, expected m_1, mcx_1, ... or one of {names}")
-    unit = np.eye(len(columns))[own[0]]
+    unit = np.eye(len(columns))[places[0]]
     sides = [] if bound.lower is None else [(unit, -bound.lower)]
     sides += [] if bound.upper is None else [(-unit, bound.upper)]
     rows = np.array([row for row, _ in sides])

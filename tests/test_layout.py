@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physident import InputError
-from physident.recordings.columns import Columns
+from physident.recordings.layout import ColumnLayout
 
 
 @given(st.integers(1, 9), st.booleans(), st.booleans(), st.sampled_from(["tau", "current"]), st.randoms())
@@ -16,24 +16,29 @@ def test_a_header_in_any_order_finds_its_columns(n: int, dq: bool, warm: bool, e
     kinds = ["q", effort, *(["dq"] if dq else []), *(["temperature"] if warm else [])]
     names = ["time", "extra", *(f"{kind}_{j}" for kind in kinds for j in range(1, n + 1))]
     random.shuffle(names)
-    columns = Columns.from_header(names, "header")
+    layout = ColumnLayout.from_header(names, "header")
     values = np.arange(2 * len(names)).reshape(2, -1).astype(float)
-    time, q, velocity, torque, warmth = columns.split(values)
-    np.testing.assert_array_equal(time, values[:, names.index("time")])
-    for channel, kind in ((q, "q"), (torque, effort), (velocity, "dq"), (warmth, "temperature")):
+    channels = layout.split(values)
+    np.testing.assert_array_equal(channels.time, values[:, names.index("time")])
+    for channel, kind in (
+        (channels.q, "q"),
+        (channels.effort, effort),
+        (channels.dq, "dq"),
+        (channels.temperature, "temperature"),
+    ):
         if kind in kinds:
             assert channel is not None
             for j in range(n):
                 np.testing.assert_array_equal(channel[:, j], values[:, names.index(f"{kind}_{j + 1}")])
         else:
             assert channel is None
-    assert columns.unused(names) == ("extra",)
-    assert columns.effort_kind == ("torque" if effort == "tau" else "current")
+    assert layout.unused(names) == ("extra",)
+    assert layout.effort_kind == ("torque" if effort == "tau" else "current")
 
 
 def test_a_declared_layout_is_the_header_it_describes() -> None:
     names = ["time", *(f"{kind}_{j}" for kind in ("q", "dq", "current") for j in range(1, 7))]
-    assert Columns.parse(" time=0, q=1:7 ,dq=7:13,current=13:19") == Columns.from_header(names, "header")
+    assert ColumnLayout.parse(" time=0, q=1:7 ,dq=7:13,current=13:19") == ColumnLayout.from_header(names, "header")
 
 
 @pytest.mark.parametrize(
@@ -49,10 +54,10 @@ def test_a_declared_layout_is_the_header_it_describes() -> None:
 )
 def test_layouts_that_cannot_be(text: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        Columns.parse(text)
+        ColumnLayout.parse(text)
 
 
 def test_a_layout_wider_than_the_table() -> None:
-    Columns.parse("time=0,q=1,tau=2").check_width(3, "table")
-    with pytest.raises(InputError, match="3 columns, but column 3"):
-        Columns.parse("time=0,q=1,tau=3").check_width(3, "table")
+    ColumnLayout.parse("time=0,q=1,tau=2").check_width(3, "table")
+    with pytest.raises(InputError, match="3 columns, but its layout names column 3"):
+        ColumnLayout.parse("time=0,q=1,tau=3").check_width(3, "table")

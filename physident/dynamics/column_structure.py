@@ -1,0 +1,118 @@
+"""Where the structural non-zeros of effects go in a regressor, and how they are filled with filtered values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.effect import Effect
+from physident.errors import InputError
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+CHUNK = 4096  # samples evaluated before they are filtered
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """One effect's non-zeros on one joint: their indices ``entries`` among ``Effect.values``, and their ``places`` among
+    the joint's columns."""
+
+    entries: NDArray[np.intp]
+    places: slice
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnStructure:
+    """For each joint the ``columns`` that can be non-zero in its rows; for each effect its ``targets``, one a joint."""
+
+    robot: Robot
+    effects: Sequence[Effect]
+    columns: list[NDArray[np.intp]]
+    targets: list[list[Target]]
+
+    @staticmethod
+    def of(robot: Robot, effects: Sequence[Effect]) -> ColumnStructure:
+        """The structure of some effects' columns, one effect after another."""
+        offset = 0
+        columns: list[list[int]] = [[] for _ in range(robot.n)]
+        targets = []
+        for effect in effects:
+            pattern = effect.pattern(robot)
+            targets.append([])
+            for j, joint_columns in enumerate(columns):
+                entries = np.flatnonzero(pattern[:, 0] == j)
+                targets[-1].append(Target(entries, slice(len(joint_columns), len(joint_columns) + len(entries))))
+                joint_columns += [int(offset + c) for c in pattern[entries, 1]]
+            offset += len(effect.columns(robot))
+        return ColumnStructure(robot, effects, [np.array(c, dtype=np.intp) for c in columns], targets)
+
+    def fill(self, values: list[Array], first: int, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> None:
+        """Evaluates and filters the kept rows of one segment into ``values``, from row ``first`` on.
+
+        Pointwise effects are evaluated in chunks, effects with a memory on the whole segment at once.
+        """
+        D = filter.decimation(signals.rate)
+        length = len(filter.taps(signals.rate))
+        chunk_rows = max(1, max(CHUNK, 4 * length) // D)
+        for effect, targets in zip(self.effects, self.targets, strict=True):
+            if not effect.pointwise:
+                whole = filter.apply(effect.values(self.robot, signals), signals.rate)[:, rows]
+                _put(values, targets, whole, first)
+        for start in range(0, len(rows), chunk_rows):
+            samples = slice(rows[start] * D, rows[min(start + chunk_rows, len(rows)) - 1] * D + length)
+            part = signals.part(samples)
+            for effect, targets in zip(self.effects, self.targets, strict=True):
+                if effect.pointwise:
+                    _put(values, targets, filter.apply(effect.values(self.robot, part), signals.rate), first + start)
+
+    def counted(self, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> NDArray[np.bool_]:
+        """Rows (K, n) in whose whole filter window every effect on that joint is settled."""
+        result = np.ones((len(rows), self.robot.n), dtype=bool)
+        D, length = filter.decimation(signals.rate), len(filter.taps(signals.rate))
+        for effect in self.effects:
+            unsettled = effect.unsettled(self.robot, signals)
+            if unsettled is not None:
+                before = np.concatenate([np.zeros((1, self.robot.n)), np.cumsum(unsettled, axis=0)])
+                result &= before[rows * D + length] == before[rows * D]
+        return result
+
+
+def _put(values: list[Array], targets: list[Target], filtered: Array, first: int) -> None:
+    for joint_values, target in zip(values, targets, strict=True):
+        joint_values[target.places, first : first + filtered.shape[1]] = filtered[target.entries]
+
+
+@dataclass(frozen=True, eq=False)
+class KeptRows:
+    """The filtered rows of one segment that are kept: its ``samples``, the numbers of the ``rows`` (K,), which are
+    consecutive, and their ``times`` (K,) [s]."""
+
+    samples: slice
+    rows: NDArray[np.intp]
+    times: Array
+
+
+def kept_rows(robot: Robot, signals: Signals, filter: Filter, moving_only: bool) -> list[KeptRows]:
+    """The kept rows of each segment; raises InputError for another number of joints and for signals without torque."""
+    if signals.q.shape[1] != robot.n:
+        raise InputError(
+            f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
+        )
+    if signals.torque is None:
+        raise InputError(f"{signals.source}: has no torque, expected measured torques or currents with drive gains")
+    start, stop = (signals.moving or (math.inf, -math.inf)) if moving_only else (-math.inf, math.inf)
+    half_window = filter.delay(signals.rate) * filter.decimation(signals.rate) / signals.rate
+    result = []
+    for samples in signals.segments:
+        rows = np.arange(filter.kept(samples.stop - samples.start, signals.rate))
+        times = signals.time[samples][(rows + filter.delay(signals.rate)) * filter.decimation(signals.rate)]
+        # the whole window must lie in the moving part: at standstill stiction leaves the torque undetermined
+        inside = (times - half_window >= start - 1e-9) & (times + half_window <= stop + 1e-9)
+        result.append(KeptRows(samples, rows[inside], times[inside]))
+    return result

@@ -1,0 +1,103 @@
+"""From a recording to signals: a uniform clock, velocity and acceleration, contiguous segments."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.errors import InputError
+from physident.recordings.recording import Recording
+from physident.recordings.rows import position_jumps
+from physident.recordings.signals import Filter, Signals
+
+Array = NDArray[np.float64]
+PASSBAND = 8.0  # times the cutoff: passband of the derivatives of the measured motion
+
+
+def prepare(recording: Recording, filter: Filter) -> Signals:
+    """Signals of a recording: resampled to a uniform clock, with velocity and acceleration.
+
+    Velocity is measured or, where it is not, the derivative of position. Derivatives are local fits of fourth order over
+    a window that passes eight times the cutoff, so that only the common filter limits the band. Gaps in time and jumps of
+    position split the recording into segments. Raises InputError for currents without gains, a cutoff too high for the
+    rate, or no segment long enough for the filter.
+    """
+    step = float(np.median(np.diff(recording.time)))
+    rate = filter.rate or round(1 / step, 3)
+    filter.taps(rate)
+    parts: list[Signals] = []
+    for rows in _contiguous(recording, step, filter):
+        time = recording.time[rows]
+        count = int((time[-1] - time[0]) * rate + 1e-6) + 1
+        if filter.kept(count, rate):
+            parts.append(_uniform(recording, rows, time[0] + np.arange(count) / rate, rate, filter))
+    if not parts:
+        need = len(filter.taps(rate)) / rate
+        raise InputError(
+            f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s);"
+            " use a higher cutoff or a better recording"
+        )
+    return _joined(parts, rate, recording)
+
+
+def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
+    """One contiguous part of a recording on a uniform clock."""
+
+    def resampled(values: Array) -> Array:
+        time = recording.time[rows]
+        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
+
+    q = resampled(recording.q)
+    passband = PASSBAND * filter.cutoff
+    v = derivative(q, 1, rate, passband) if recording.dq is None else resampled(recording.dq)
+    a = derivative(q, 2, rate, passband) if recording.dq is None else derivative(v, 1, rate, passband)
+    temperature = None if recording.temperature is None else resampled(recording.temperature)
+    return Signals(clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff)
+
+
+def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
+    """The parts in sequence, each as one segment."""
+
+    def joined(name: str) -> Array | None:
+        arrays = [getattr(part, name) for part in parts]
+        return None if arrays[0] is None else np.concatenate(arrays)
+
+    time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
+    starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
+    return Signals(
+        time,
+        q,
+        v,
+        a,
+        torque=joined("torque"),
+        temperature=joined("temperature"),
+        starts=starts,
+        rate=rate,
+        cutoff=parts[0].cutoff,
+        source=recording.source,
+        origin=float(recording.time[0]),
+        recording=recording.sha256,
+    )
+
+
+def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:
+    """Slices of rows without a gap in time longer than a quarter of the cutoff's period, or a jump of position."""
+    longest = max(5 * step, 0.25 / filter.cutoff)
+    gaps = np.flatnonzero(np.diff(recording.time) > longest) + 1
+    edges = sorted({0, *gaps.tolist(), *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
+    return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
+
+
+def derivative(values: Array, order: int, rate: float, passband: float) -> Array:
+    """Derivative of some order (N, ...) over time of uniform samples (N, ...) at ``rate`` [Hz], by local fits of fourth
+    order over a window that passes ``passband`` [Hz]."""
+    from scipy.signal import savgol_filter
+
+    passband = min(passband, 0.4 * rate)
+    # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
+    half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
+    half = min(half, (len(values) - 1) // 2)
+    return np.asarray(savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0))

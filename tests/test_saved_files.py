@@ -1,0 +1,55 @@
+"""Model and trajectory files that an earlier version wrote still load, with the same values."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
+
+FILES = Path(__file__).parent / "files"
+
+
+@pytest.fixture(scope="module")
+def model() -> pid.Estimate:
+    return pid.load_estimate(FILES / "model.json")
+
+
+def test_model_file_is_saved_as_it_was_read(model: pid.Estimate, tmp_path: Path) -> None:
+    model.save(tmp_path / "again.json")
+    again, original = (json.loads(path.read_text()) for path in (tmp_path / "again.json", FILES / "model.json"))
+    derived = ("violations", "base_parameters")  # computed from the others
+    assert {k: v for k, v in again.items() if k not in derived} == {
+        k: v for k, v in original.items() if k not in derived
+    }
+    for new, old in zip(again["base_parameters"], original["base_parameters"], strict=True):
+        assert new["value"] == pytest.approx(old["value"], abs=1e-9)
+
+
+def test_settings_and_results_of_a_model_file(model: pid.Estimate) -> None:
+    assert model.model.robot.n == 2
+    assert [effect.name for effect in model.model.effects][-1] == "stribeck_friction"
+    assert model.layout == "time=0,q=1:3,dq=3:5,current=5:7"
+    assert model.drive_gains == (10.0, 8.0)
+    assert model.active_constraints == ("m_2 outside its bounds",)
+    assert [found.field for found in model.shape_parameters] == ["velocity", "velocity"]
+    assert model.method == "physical"
+    assert isinstance(model.estimator, pid.Physical)
+    assert model.estimator.bounds == (Bound("m_2", 0.5, 0.95),)
+    assert [type(volume) for volume in model.estimator.bounding_volumes] == [Ellipsoid, Box]
+    assert model.prior_weight == 1.0
+    assert model.model.parameters("coulomb_friction") == pytest.approx([1.0, 1.0], abs=0.01)
+    assert "active constraints, without which: m_2 outside its bounds" in repr(model)
+
+
+def test_trajectory_file() -> None:
+    motion = pid.load_trajectory(FILES / "trajectory.json")
+    _, q, v, _ = motion.sample(100.0)
+    assert motion.n == 2
+    assert motion.duration == 10.0
+    np.testing.assert_allclose(v[[0, -1]], 0.0, atol=1e-9)
+    assert np.ptp(q, axis=0).min() > 0.1
