@@ -102,5 +102,5 @@ def test_the_description_as_input_is_not_written_over(runs: list[str], capsys: p
 
 
 def test_columns_belong_to_a_model_that_has_none(runs: list[str], answer: tuple[dict, Path]) -> None:
-    with pytest.raises(pid.InputError, match="columns came beside an estimate"):
+    with pytest.raises(pid.InputError, match="columns were given beside an estimate"):
         pid.diagnose_motion(pid.load_estimate(answer[1]), [pid.load_recording(runs[1])], columns="time=0,q=1:7")

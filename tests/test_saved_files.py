@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.result.saved import read_diagnosis
 from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 
 FILES = Path(__file__).parent / "files"
@@ -53,3 +54,13 @@ def test_trajectory_file() -> None:
     assert motion.duration == 10.0
     np.testing.assert_allclose(v[[0, -1]], 0.0, atol=1e-9)
     assert np.ptp(q, axis=0).min() > 0.1
+
+
+def test_diagnosis_file() -> None:
+    text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
+    record = read_diagnosis(FILES / "diagnosis.json")
+    assert json.loads(json.dumps(record.as_dict())) == text
+    (finding,) = record.findings
+    assert (finding.effect, finding.joints) == ("presliding_hysteresis", (1,))
+    assert record.extended is not None
+    assert record.verdict == "explained"

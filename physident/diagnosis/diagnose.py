@@ -140,7 +140,9 @@ def _check_options(
     recording_offsets: bool,
 ) -> None:
     if isinstance(model, Estimate) and (filter is not None or columns is not None):
-        raise InputError("a filter or columns came beside an estimate, which has its own; expected none")
+        raise InputError(
+            "a filter or columns were given beside an estimate; expected none, because an estimate remembers them"
+        )
     if recording_offsets and len(recordings) < 2:
         raise InputError(
             "recording_offsets came with one recording; expected two or more, between which a zero can drift"

@@ -120,7 +120,7 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
         rows.append(f"and {len(others) - MAX_LISTED} more values in the model file")
     for f in estimate.shape_parameters:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
-        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shapes if shape.field == f.field]
+        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shape_parameters if shape.field == f.field]
         rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at an end of its search grid"))
     return rows
 

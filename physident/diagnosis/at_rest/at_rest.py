@@ -75,9 +75,9 @@ def breakaway(model: Model, q: Array) -> Array:
 
 def _with_memory(effect: Effect, theta: Array, robot: Robot) -> Array:
     """Friction (n,) of an effect whose value depends on the motion before, once that has settled."""
-    own = effect.friction(robot, np.array([CREEP]))[:, 0] * theta
+    friction = effect.friction(robot, np.array([CREEP]))[:, 0] * theta
     result = np.zeros(robot.n)
-    for column, value in zip(effect.columns(robot), own, strict=True):
+    for column, value in zip(effect.columns(robot), friction, strict=True):
         result[column.joint - 1] += value
     return result
 

@@ -36,6 +36,6 @@ class OptionGroup:
         for rows in regressor.joints:
             at = np.full(len(regressor.columns), len(rows.columns))
             at[rows.columns] = np.arange(len(rows.columns))
-            own = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
-            joints.append((own, at[columns[own]]))
+            present = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
+            joints.append((present, at[columns[present]]))
         return OptionGroup(columns, np.array([f[1] for f in found]), np.array([f[2] for f in found]), tuple(joints))

@@ -1,4 +1,4 @@
-"""What is asked of recordings - different, missing or nominal - and what the model's own parameters may do meanwhile."""
+"""The question of a diagnosis - different, missing or nominal - and how freely the model's parameters move meanwhile."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class ParameterFreedom:
         p = len(self.map)
         joints = []
         for rows in regressor.joints:
-            own = rows.columns < p
-            columns = rows.values[:, own] @ self.map[rows.columns[own]]
+            chosen = rows.columns < p
+            columns = rows.values[:, chosen] @ self.map[rows.columns[chosen]]
             for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
                 columns[:, k] = rows.values[:, rows.columns == column].sum(axis=1)
             joints.append(columns)
@@ -97,9 +97,9 @@ def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, .
     place = np.full(len(estimate.theta), -1)
     place[base.independent] = np.arange(base.r)
     for rows, sigma, worth in zip(regressor.joints, estimate.sigma, estimate.effective_samples, strict=True):
-        own = [k for k, c in enumerate(rows.columns) if c < len(place) and place[c] >= 0]
-        Y = rows.values[:, own] / sigma
-        at = place[rows.columns[own]]
+        chosen = [k for k, c in enumerate(rows.columns) if c < len(place) and place[c] >= 0]
+        Y = rows.values[:, chosen] / sigma
+        at = place[rows.columns[chosen]]
         information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
     share = base.r / (base.r + estimate.blocks)
     covariance = (1 - share) * estimate.covariance + share * pseudo_inverse(information)

@@ -23,8 +23,8 @@ class RecordingOffset(Effect):
     unit: ClassVar[str] = "N m"
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        own = float(signals.recording == self.recording)
-        return np.full((len(self.active(robot)), len(signals.time)), own)
+        inside = float(signals.recording == self.recording)
+        return np.full((len(self.active(robot)), len(signals.time)), inside)
 
 
 def offset_of_each_recording(signals: Sequence[Signals]) -> list[RecordingOffset]:

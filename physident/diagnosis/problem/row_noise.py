@@ -72,7 +72,7 @@ def _slope(model: Model, j: int, v: Array) -> Array:
     total, at = np.zeros(len(speeds)), 0
     for effect in model.effects:
         columns = effect.columns(model.robot)
-        own = [k for k, column in enumerate(columns) if column.joint == j + 1]
-        total += model.theta[at + np.array(own, dtype=np.intp)] @ effect.friction(model.robot, speeds)[own]
+        indices = [k for k, column in enumerate(columns) if column.joint == j + 1]
+        total += model.theta[at + np.array(indices, dtype=np.intp)] @ effect.friction(model.robot, speeds)[indices]
         at += len(columns)
     return np.interp(v, speeds, np.gradient(total, speeds))

@@ -113,7 +113,9 @@ def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> t
     """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does."""
     used = sum(source.used for source in estimate.sources)
     memory = used / np.maximum(estimate.effective_samples, 1e-300)
-    return tuple(r.joint for r, own in zip(remainder, memory, strict=True) if own > STRUCTURED * r.white_memory)
+    return tuple(
+        r.joint for r, joint_memory in zip(remainder, memory, strict=True) if joint_memory > STRUCTURED * r.white_memory
+    )
 
 
 def _white_memory(hypothesis: Hypothesis) -> float:

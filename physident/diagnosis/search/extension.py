@@ -45,9 +45,9 @@ def _home(model: Model, effect: Effect) -> NDArray[np.intp] | None:
     """Where the effect's columns stand in the model's theta, or None where it has no such effect."""
     wanted = [c.name for c in effect.columns(model.robot)]
     at = 0
-    for own in model.effects:
-        names = [c.name for c in own.columns(model.robot)]
-        same = own.name == effect.name and getattr(own, "recording", "") == getattr(effect, "recording", "")
+    for present in model.effects:
+        names = [c.name for c in present.columns(model.robot)]
+        same = present.name == effect.name and getattr(present, "recording", "") == getattr(effect, "recording", "")
         if same and set(wanted) <= set(names):
             return np.array([at + names.index(name) for name in wanted], dtype=np.intp)
         at += len(names)

@@ -33,9 +33,9 @@ def physical_contradiction(hypothesis: Hypothesis) -> str | None:
         if not effect.friction(robot, v).any():
             continue
         rows = []
-        for own in model.effects:
-            mine = np.array([column.joint == j + 1 for column in own.columns(robot)])
-            rows.append((own.friction(robot, v) * np.sign(v)) * mine[:, None])
+        for other in model.effects:
+            mine = np.array([column.joint == j + 1 for column in other.columns(robot)])
+            rows.append((other.friction(robot, v) * np.sign(v)) * mine[:, None])
         if _negative(hypothesis, np.concatenate(rows).T, np.zeros(len(v)), DOUBT):
             return f"friction of joint {j + 1} would drive it"
     return None

@@ -1,4 +1,4 @@
-"""How sure a diagnosis is of its numbers: a jackknife over blocks for values, shapes included; resampled blocks for gains."""
+"""Intervals of a diagnosis: a jackknife over blocks for values and shapes, a bootstrap over blocks for gains."""
 
 from __future__ import annotations
 

@@ -62,13 +62,13 @@ def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Ar
     """
     labels = [int(f) for f in np.unique(data.fold) if f != OUTSIDE]
     products = [_products(data, baseline, fit.weights, responses, data.fold == f) for f in labels]
-    sums = [_total(own) for own in products]
+    sums = [_total(part) for part in products]
     whole = _total(sums)
     S, n = responses.shape[2], len(fit.weights)
     before = np.zeros((len(labels), n, S))
     gain = np.zeros((len(data.candidates), len(labels), n, S))
-    for at, (own, left_out) in enumerate(zip(products, sums, strict=True)):
-        before[at], gain[:, at] = _left_out(data, whole - left_out, own, baseline.prior)
+    for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
+        before[at], gain[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
     rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
     return LeftOut(before, gain, rows / fit.memory)
 
@@ -117,10 +117,10 @@ def _products(
     """The products of each joint's rows."""
     R, P, S = len(baseline.prior), len(data.regressor.columns), responses.shape[2]
     result = []
-    for j, (own, w) in enumerate(zip(data.regressor.joints, weights, strict=True)):
-        B, C, y = w * baseline.joints[j][rows], w * own.values[rows], w * responses[rows, j]
+    for j, (part, w) in enumerate(zip(data.regressor.joints, weights, strict=True)):
+        B, C, y = w * baseline.joints[j][rows], w * part.values[rows], w * responses[rows, j]
         BC, Cy = np.zeros((R, P)), np.zeros((P, S))
-        BC[:, own.columns], Cy[own.columns] = B.T @ C, C.T @ y
+        BC[:, part.columns], Cy[part.columns] = B.T @ C, C.T @ y
         padded = np.column_stack([C, np.zeros(len(C))]).T
         CC = []
         for group in data.groups:
@@ -146,11 +146,11 @@ def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], pri
     Z, x = inverse @ train.BC, inverse @ train.By
     slope = train.Cy - train.BC.T @ x
     moved, through = [], []
-    for own in test:
-        moved.append(own.Cy - own.BC.T @ x - Z.T @ (own.By - own.BB @ x))
-        through.append(0.5 * (own.BB @ Z) - own.BC)
+    for part in test:
+        moved.append(part.Cy - part.BC.T @ x - Z.T @ (part.By - part.BB @ x))
+        through.append(0.5 * (part.BB @ Z) - part.BC)
     n, S = len(test), slope.shape[1]
-    before = np.array([own.yy - 2 * np.sum(x * own.By, axis=0) + np.sum(x * (own.BB @ x), axis=0) for own in test])
+    before = np.array([part.yy - 2 * np.sum(x * part.By, axis=0) + np.sum(x * (part.BB @ x), axis=0) for part in test])
     result = np.zeros((len(data.candidates), n, S))
     best = np.full((len(data.candidates), S), -np.inf)
     every = np.arange(S)
@@ -162,9 +162,9 @@ def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], pri
         theta = root @ (root.transpose(0, 2, 1) @ slope[c])
         seen = np.einsum("oks,oks->os", theta, slope[c])
         gain = np.empty((n, *seen.shape))
-        for j, own in enumerate(test):
+        for j, part in enumerate(test):
             half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
-            apart = own.CC[k] + half + half.transpose(0, 2, 1)
+            apart = part.CC[k] + half + half.transpose(0, 2, 1)
             gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
         for candidate in np.unique(group.owner):
             mine = np.flatnonzero(group.owner == candidate)

@@ -23,8 +23,8 @@ class LeftOutFits:
         grams = [self._products(rows, self.joints, self.joints) for rows in self.tests]
         slopes = [self._products(rows, self.joints, y.T[:, :, None])[:, 0] for rows in self.tests]
         whole, slope = np.sum(grams, axis=0) + np.diag(baseline.prior), np.sum(slopes, axis=0)
-        self.inverse = [pseudo_inverse(whole - own) for own in grams]
-        self.x = [inverse @ (slope - own) for inverse, own in zip(self.inverse, slopes, strict=True)]
+        self.inverse = [pseudo_inverse(whole - part) for part in grams]
+        self.x = [inverse @ (slope - part) for inverse, part in zip(self.inverse, slopes, strict=True)]
         self.response, self.alone = y, np.zeros_like(y)
         for rows, x in zip(self.tests, self.x, strict=True):
             self.alone[rows] = y[rows] - np.column_stack([B[rows] @ x for B in self.joints])
@@ -36,7 +36,7 @@ class LeftOutFits:
         """
         if not options:
             return self.alone
-        C = [np.column_stack(own) for own in zip(*options, strict=True)]
+        C = [np.column_stack(part) for part in zip(*options, strict=True)]
         ends = np.cumsum([option[0].shape[1] for option in options])
         places = [np.arange(end - o[0].shape[1], end) for o, end in zip(options, ends, strict=True)]
         y = self.response.T[:, :, None]
@@ -44,10 +44,10 @@ class LeftOutFits:
             (self._products(rows, C, C), self._products(rows, self.joints, C), self._products(rows, C, y)[:, 0])
             for rows in self.tests
         ]
-        whole = [np.sum(own, axis=0) for own in zip(*sums, strict=True)]
+        whole = [np.sum(part, axis=0) for part in zip(*sums, strict=True)]
         result = self.alone.copy()
-        for rows, own, inverse, x in zip(self.tests, sums, self.inverse, self.x, strict=True):
-            CC, BC, Cy = (total - left_out for total, left_out in zip(whole, own, strict=True))
+        for rows, part, inverse, x in zip(self.tests, sums, self.inverse, self.x, strict=True):
+            CC, BC, Cy = (total - left_out for total, left_out in zip(whole, part, strict=True))
             theta, moved = _best(CC, BC, Cy - BC.T @ x, inverse, places)
             for j, (B, columns) in enumerate(zip(self.joints, C, strict=True)):
                 result[rows, j] -= columns[rows] @ theta - B[rows] @ moved
@@ -78,7 +78,7 @@ def block_costs(residual: Array, weights: Array, labels: NDArray[np.intp]) -> Ar
     """Squared weighted residual of each block (G, n), by joint."""
     squares = (residual * weights) ** 2
     inside = labels != OUTSIDE
-    return np.column_stack([np.bincount(labels[inside], own[inside]).astype(float) for own in squares.T])
+    return np.column_stack([np.bincount(labels[inside], part[inside]).astype(float) for part in squares.T])
 
 
 def standard_error(differences: Array) -> float:

@@ -11,7 +11,9 @@ from physident.dynamics.regressor import Regressor
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
-SAME = 0.05  # share of RMS velocity, and of RMS position about its mean: a smaller difference is the controller's
+SAME = (
+    0.05  # share of RMS velocity, and of RMS position about second_rows mean: a smaller difference is the controller's
+)
 SHORTEST = 5.0  # s that must repeat: a slow stretch alone can be like another
 
 
@@ -41,13 +43,13 @@ def _difference(regressor: Regressor, signals: Sequence[Signals], torque: Array,
     shift = _shift(one, other, i == k)
     if shift is None:
         return None
-    own, its = regressor.recording == i, regressor.recording == k
+    first_rows, second_rows = regressor.recording == i, regressor.recording == k
     lag = other.time[max(0, shift)] - one.time[max(0, -shift)]
-    at = regressor.time[own] + lag
-    inside = (at >= regressor.time[its][0]) & (at <= regressor.time[its][-1])
+    at = regressor.time[first_rows] + lag
+    inside = (at >= regressor.time[second_rows][0]) & (at <= regressor.time[second_rows][-1])
     if np.count_nonzero(inside) < SHORTEST * regressor.kept_rate:
         return None
-    return torque[own][inside] - CubicSpline(regressor.time[its], torque[its])(at[inside])
+    return torque[first_rows][inside] - CubicSpline(regressor.time[second_rows], torque[second_rows])(at[inside])
 
 
 def _shift(one: Signals, other: Signals, same: bool) -> int | None:
