@@ -9,11 +9,11 @@ import numpy as np
 
 from studies.open_world.bench import DEFAULT, DURATION
 from studies.open_world.causes import KINDS, ONCE, TIERS, Ground, draw, scaled
-from studies.open_world.outside import Outside
 from studies.open_world.scale import scale_of
 from studies.open_world.sizing import Oracle, pilot, strength
 from studies.open_world.taken import Unsound
 from studies.open_world.trial import FROM, Scene, Trial, outside_of, tier_of
+from studies.open_world.world import OutsideCause
 from tests.truth import HiddenEffect
 
 Rng = np.random.Generator
@@ -116,7 +116,9 @@ def _outside(scene: Scene) -> Trial:
     return replace(best, tier="weaker")
 
 
-def _scaled_outside(scene: Scene, cause: Outside, tier: str, target: float, attempt: int) -> tuple[Trial | None, bool]:
+def _scaled_outside(
+    scene: Scene, cause: OutsideCause, tier: str, target: float, attempt: int
+) -> tuple[Trial | None, bool]:
     """The trial of the last size that could be simulated, and whether it is of the tier."""
     size, last = 0.3 * cause.most, None
     for again in range(TRIES):
@@ -140,7 +142,7 @@ def _scaled_outside(scene: Scene, cause: Outside, tier: str, target: float, atte
     return last, False
 
 
-def _whole(scene: Scene, cause: Outside, trial: Trial) -> bool:
+def _whole(scene: Scene, cause: OutsideCause, trial: Trial) -> bool:
     """Whether all recordings of a trial can be simulated."""
     try:
         scene.changed(trial.tag, *cause.make(trial.size))

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 import physident as pid
 from studies.open_world.bench import ARMS, Bench, bench, identified, plants, world_of
 from studies.open_world.causes import ONCE, TIERS
-from studies.open_world.outside import Outside
 from studies.open_world.sizing import Oracle, hidden_rms, residual_rms
 from studies.open_world.taken import Taken
+from studies.open_world.world import OutsideCause
 from tests.truth import Disturbance, HiddenEffect
 
 Array = NDArray[np.float64]
@@ -145,7 +145,7 @@ def scene_of(world: str, group: int, kind: Kind, number: int, index: int, questi
     return Scene(kind, own, one, question, model, clean, folder)
 
 
-def outside_of(scene: Scene, name: str, draw: int) -> Outside:
+def outside_of(scene: Scene, name: str, draw: int) -> OutsideCause:
     """The cause outside of the catalogue of a trial's draw."""
     rng = np.random.default_rng([scene.bench.group, scene.number, draw, 109])
     return scene.bench.world.outside(name, scene.bench.arm, rng)
