@@ -13,7 +13,6 @@ from studies.thesis import bases, currents, dh_calibration, models, ours, plant,
 from studies.thesis.halves import HALVES, from_dh_frames, half, pseudo_inertia, ur5_table
 from studies.thesis.thesis_way import identify_half, identify_whole_by_halves, predict_halves
 from tests.conftest import ROOT
-from tests.exact_friction import exact_arm
 
 
 @pytest.fixture(scope="module")
@@ -159,9 +158,9 @@ def test_calibrated_geometry_is_the_dh_table_with_its_offsets(ur5: pid.Robot) ->
 
 
 def test_the_independent_plant_has_table_2_5(ur5: pid.Robot, second: pid.Trajectory) -> None:
-    """Recorded by the plant and identified with the default effects, Coulomb friction is Table 2.5's within 1 %, if it turns
-    near zero speed as those effects assume."""
-    estimate = pid.identify(ur5, [plant.recorded(exact_arm(plant.arm(True)), second, 0, False, "plant")])
+    """Recorded by the plant and identified with the default effects, Coulomb friction is Table 2.5's within 1 %; near zero
+    speed the study's arm turns its friction as those effects assume."""
+    estimate = pid.identify(ur5, [plant.recorded(plant.arm(True), second, 0, False, "plant")])
     np.testing.assert_allclose(estimate.model.parameters("coulomb_friction"), published.COULOMB, rtol=0.01)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
+from tests.exact_friction import exact_arm
 from tests.plant import Arm, Drives, Friction, Multisine, PointToPoint, Sensors, multisine, point_to_point, record
 
 Array = NDArray[np.float64]
@@ -24,7 +25,8 @@ ARMS = 12  # of a set, each identified on three recordings
 
 
 def ordinary(seed: int) -> Arm:
-    """A UR5 whose links, rotors and friction differ from the nominal ones as those of real arms do."""
+    """A UR5 whose links, rotors and friction differ from the nominal ones as those of real arms do; only how friction turns
+    near zero speed is just as the estimator has it."""
     rng = np.random.default_rng([seed, 101])
     arm = Arm()
     friction = Friction(
@@ -33,7 +35,7 @@ def ordinary(seed: int) -> Arm:
     drives = Drives(
         rotor_inertia=arm.drives.rotor_inertia * rng.uniform(0.7, 1.3, 6), torque_offset=rng.normal(0, 0.2, 6)
     )
-    return replace(arm, links=arm.links * rng.uniform(0.85, 1.15, (6, 1)), friction=friction, drives=drives)
+    return exact_arm(replace(arm, links=arm.links * rng.uniform(0.85, 1.15, (6, 1)), friction=friction, drives=drives))
 
 
 def nominal(arm: Arm) -> pid.Model:

@@ -16,6 +16,7 @@ from kept import keep
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.identifiability.base_parameters import random_motion
+from tests.exact_friction import exact_arm
 from tests.plant import Arm, Sensors, hide, multisine, point_to_point, record
 
 PERCENT = 5.0  # asked of a parameter, unless its 95 % interval holds the truth
@@ -129,9 +130,9 @@ def torque_of_change(case: Case, robot: pid.Robot, arm: Arm, estimate: pid.Estim
 
 def run_case(case: Case, robot: pid.Robot, folder: Path) -> list[dict[str, Any]]:
     """The rows of one case."""
-    arm = hide(Arm(), case.effect, case.joints, case.magnitude, **case.shape)
+    arm = hide(exact_arm(), case.effect, case.joints, case.magnitude, **case.shape)
     if case.effect == "contact":
-        runs = recordings(case, Arm(), folder)[:2]
+        runs = recordings(case, exact_arm(), folder)[:2]
         record(arm, multisine(SEEDS[2]), Sensors(), seed=SEEDS[2]).write_csv(folder / "touched.csv")
         touched = pid.load_recording(folder / "touched.csv")
         runs.append(touched)

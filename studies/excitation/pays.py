@@ -16,6 +16,7 @@ from physident.excitation.limits.workspace import Workspace
 from physident.excitation.limits.workspace_constraints import workspace_violation
 from physident.excitation.motion.series import Series
 from studies.designed_plant import Plan
+from tests.exact_friction import exact_arm
 from tests.plant import Arm, record
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def random_feasible(robot: pid.Robot, workspace: Workspace, count: int, seed: in
 
 def errors(robot: pid.Robot, motions: list[pid.Trajectory]) -> Array:
     """RMS error (r,) of each base parameter over recordings of motions, by the default model, weighted least squares."""
-    arm, rows = Arm(), []
+    arm, rows = exact_arm(), []
     with TemporaryDirectory() as folder:
         for seed, motion in enumerate(motions):
             path = Path(folder) / f"{seed}.csv"
