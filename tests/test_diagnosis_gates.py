@@ -59,7 +59,7 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypat
     def costs(state: Hypothesis, one: object, weights: object = None) -> np.ndarray:
         return before if one is None else after
 
-    monkeypatch.setattr(acceptance, "costs", costs)
+    monkeypatch.setattr(acceptance, "left_out_costs", costs)
     assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > acceptance.LEAST_REDUCTION
     assert not acceptance.is_useful(healthy, candidate)
 
@@ -68,8 +68,14 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypat
 def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
     seen: CandidateScores, gain: float, least: float, share: float
 ) -> None:
-    given = {"gain": np.full_like(seen.gain, gain), "least": np.full_like(seen.gain_without_best_fold, least)}
-    one = replace(seen, **given, visible_share=np.full_like(seen.visible_share, share), threshold=20.0)
+    given = np.full_like(seen.gain, gain), np.full_like(seen.gain_without_best_fold, least)
+    one = replace(
+        seen,
+        gain=given[0],
+        gain_without_best_fold=given[1],
+        visible_share=np.full_like(seen.visible_share, share),
+        threshold=20.0,
+    )
     assert not one.beats_chance(0)
     assert replace(one, gain_without_best_fold=one.gain, visible_share=np.ones_like(one.visible_share)).beats_chance(0)
 
@@ -88,7 +94,7 @@ def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, health
 def test_a_contact_too_small_to_matter_is_not_named(seen: CandidateScores) -> None:
     for reduction, felt, expected in ((10.0, 10.0, True), (1.0, 10.0, False), (10.0, 1.0, False)):
         strong = pressed(seen, 1e3, 1e3)
-        found = replace(strong.contact, reduction=reduction, felt=felt)
+        found = replace(strong.contact, reduction=reduction, joint_reduction=felt)
         assert contact_accepted(replace(strong, contact=found), None) is expected
 
 
@@ -107,7 +113,11 @@ def pressed(seen: CandidateScores, evidence: float, least: float) -> CandidateSc
     """A look whose contact has some evidence, less of it without the joint that speaks most, and is large enough."""
     S = seen.contact.evidence.shape
     found = replace(
-        seen.contact, evidence=np.full(S, evidence), gain_without_best_fold=np.full(S, least), reduction=10.0, felt=10.0
+        seen.contact,
+        evidence=np.full(S, evidence),
+        gain_without_best_joint=np.full(S, least),
+        reduction=10.0,
+        joint_reduction=10.0,
     )
     return replace(seen, contact=found)
 

@@ -80,9 +80,9 @@ def test_the_extended_model_predicts_a_run_that_nothing_saw(answer: tuple[dict, 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "expected one of --model (identified) and --robot"),
-        (["--model", "m.json", "--robot", "ur5"], "expected one of --model (identified) and --robot"),
-        (["--model", "m.json", "--effects", "viscous_friction"], "expected --effects with --robot alone"),
+        ([], "expected either --model"),
+        (["--model", "m.json", "--robot", "ur5"], "expected either --model"),
+        (["--model", "m.json", "--effects", "viscous_friction"], "expected --effects with --robot only"),
         (["--robot", "ur6"], "robot 'ur6' not found"),
         (["--robot", "ur5", "--effects", "friction"], "friction"),
     ],

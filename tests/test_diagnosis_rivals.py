@@ -67,7 +67,7 @@ def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(
     one, other = candidate(rubbing, "viscous_friction"), candidate(rubbing, "coulomb_friction")
     for excess, expected in ((1.0, True), (2.5, False)):
         loss = blocks + (excess * error - blocks.sum()) / blocks.size
-        monkeypatch.setattr(acceptance, "costs", lambda *_, loss=loss: loss)
+        monkeypatch.setattr(acceptance, "left_out_costs", lambda *_, loss=loss: loss)
         assert acceptance.is_as_good(rubbing, other, np.zeros((50, 6)), rubbing.fit.weights) is expected, (one, excess)
 
 

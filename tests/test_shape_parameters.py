@@ -55,7 +55,7 @@ def test_a_strong_shape_is_found_within_ten_percent(
     estimate = pid.identify(ur5, runs, [*DEFAULT, effect], filter=pid.Filter(8.0))
     (found,) = getattr(estimate.model.effects[-1], field)
     assert found == pytest.approx(truth, rel=0.1)
-    if not effect.shapes[0].discrete:
+    if not effect.shape_parameters[0].discrete:
         (shape,) = estimate.shape_parameters
         assert (shape.value, shape.joint, shape.field) == (found, 3, field)
         assert abs(found - truth) < 4 * shape.std < truth

@@ -53,8 +53,9 @@ def load_recording(
     recording = replace(recording, ignored=layout.unused(table.names))
     if drive_gains is None:
         return recording
+    with_gains = recording.with_drive_gains(drive_gains)  # first, because it checks the gains
     if recording.effort_kind == "torque":
         raise InputError(
             f"{path}: contains torques, but drive gains are given; name its effort 'current', or leave out the gains"
         )
-    return recording.with_drive_gains(drive_gains)
+    return with_gains

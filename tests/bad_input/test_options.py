@@ -90,7 +90,7 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "model not found": (["validate", "other.csv", "--model", "nowhere.json"], "nowhere.json"),
     "model is a folder": (["validate", "other.csv", "--model", "."], "directory"),
     "model is the recording": (["validate", "other.csv", "--model", "other.csv"], "JSON"),
-    "fitted recording": (["validate", "good.csv", "--model", "model.json"], "fitted by this model"),
+    "fitted recording": (["validate", "good.csv", "--model", "model.json"], "training recording of this model"),
     "one model": (["compare", "--model", "model.json", "--on", "other.csv"], "1 models given, expected two"),
     "nothing to compare on": (["compare", "--model", "model.json", "--model", "model.json"], "--on"),
     "compare on a fitted one": ([*COMPARE[:-1], "good.csv"], "fitted"),

@@ -50,7 +50,7 @@ def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[Paramete
     for shape in effect.shape_parameters:
         if getattr(effect, shape.field) is None:
             continue
-        value, error = float(getattr(effect, shape.field)[0]), uncertainty.shapes.get(accepted.candidate.key, 0.0)
+        value, error = float(getattr(effect, shape.field)[0]), uncertainty.shape_errors.get(accepted.candidate.key, 0.0)
         reach = float(np.exp(min(uncertainty.half * error / value, FARTHEST)))
         tried = _searched(accepted, shape.field)
         at_end = error > 0 and not min(tried) / END < value < max(tried) * END

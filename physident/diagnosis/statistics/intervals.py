@@ -20,11 +20,11 @@ STEP = 0.02  # relative, of a shape: its column's derivative is then right to a 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """``covariance`` (P, P) of the extended model's theta, ``shapes`` [the effect's key, standard error of its shape],
+    """``covariance`` (P, P) of the extended model's theta, ``shape_errors`` [the effect's key, standard error of its shape],
     and ``half``: how many standard errors a 95 % interval reaches."""
 
     covariance: Array
-    shapes: dict[tuple[str, tuple[int, ...]], float]
+    shape_errors: dict[tuple[str, tuple[int, ...]], float]
     half: float
 
 
