@@ -61,11 +61,13 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
     result = tuple(effect if isinstance(effect, Effect) else effect_class(effect)() for effect in effects)
     if not result:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
-    seen: set[tuple[str, int | None, object, object]] = set()
+    seen: set[tuple[str, object, object, object]] = set()
     for effect in result:
-        for joint in effect.joints or (None,):
+        # each pair of neighbours is a place by itself, though two pairs may share a joint
+        places = (effect.joints,) if effect.scope is Scope.NEIGHBOURS else effect.joints or (None,)
+        for place in places:
             # contacts at other times or in other recordings are different effects
-            key = (effect.name, joint, getattr(effect, "intervals", None), getattr(effect, "recording", None))
+            key = (effect.name, place, getattr(effect, "intervals", None), getattr(effect, "recording", None))
             if key in seen:
                 raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
             seen.add(key)
