@@ -94,7 +94,7 @@ class Arm:
     contacts: tuple[Contact, ...] = ()
     zero_offset: Array = field(default_factory=lambda: np.zeros(6))
     temperature_rise: Array = field(default_factory=lambda: np.zeros(6))
-    temperature_time: float = 15.0
+    temperature_time: float = 13.0  # s
     hidden: tuple[Hidden, ...] = ()
     dropped: tuple[Dropped, ...] = ()
     disturbances: tuple[Disturbance, ...] = ()

@@ -48,7 +48,7 @@ class Friction:
     stribeck: Array = field(default_factory=_zeros)  # N m
     stribeck_speed: float = 0.05  # rad/s
     power: Array = field(default_factory=_zeros)  # N m (s/rad)^exponent
-    exponent: float = 0.5
+    exponent: float = 0.5  # -
     load_dependent: Array = field(default_factory=_zeros)  # -
     stiffness: Array = field(default_factory=_zeros)  # N m/rad
     slip: float = 0.01  # rad

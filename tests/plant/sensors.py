@@ -21,14 +21,14 @@ class Sensors:
     that are missing; ``drive_gains`` (6,) [N m/A] turn the torque into currents.
     """
 
-    rate: float = 125.0
-    jitter: float = 5e-5
-    resolution: float = 2 * np.pi / 2**17
+    rate: float = 125.0  # Hz
+    jitter: float = 5e-5  # s
+    resolution: float = 2 * np.pi / 2**17  # rad
     velocity: Literal["measured", "derived", "absent"] = "measured"
-    velocity_noise: float = 2e-3
+    velocity_noise: float = 2e-3  # rad/s
     torque_noise: tuple[float, ...] = (0.5, 0.6, 0.4, 0.12, 0.1, 0.08)
-    noise_memory: float = 0.0
-    dropped: float = 0.0
+    noise_memory: float = 0.0  # s
+    dropped: float = 0.0  # share
     drive_gains: tuple[float, ...] | None = None
 
     def instants(self, duration: float, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant_mujoco.machine import HALF_SECOND, WEIGHT, Coupling, Machine, Push, Ripple, ordinary
+from tests.plant_mujoco.machine import WEIGHT, Coupling, Machine, Push, Ripple, ordinary
 from tests.truth import ArmTruth, HiddenEffect
 
 Array = NDArray[np.float64]
@@ -122,13 +122,11 @@ def _tilt(m: Machine, c: _Cause) -> Machine:
 
 
 def _push(m: Machine, c: _Cause) -> Machine:
-    start = float(c.shape["start"])
-    count = int(np.ceil((float(c.shape["end"]) - start) / HALF_SECOND - 1e-9))
-    ways = c.shape["forces"] or [c.shape["direction"]] * count
-    if len(ways) != count:
-        raise ValueError(f"contact: {len(ways)} forces for {count} pieces of {HALF_SECOND} s")
-    forces = tuple((c.size * x, c.size * y, c.size * z) for x, y, z in ways)
-    return replace(m, pushes=(*m.pushes, Push(start, forces)))
+    start, end = float(c.shape["start"]), float(c.shape["end"])
+    if end <= start:
+        raise ValueError(f"contact: ends at {end} s, expected later than its start at {start} s")
+    forces = tuple((c.size * x, c.size * y, c.size * z) for x, y, z in c.shape["forces"] or [c.shape["direction"]])
+    return replace(m, pushes=(*m.pushes, Push(start, end, forces)))
 
 
 def _loose(field: str) -> Callable[[Machine, _Cause], Machine]:

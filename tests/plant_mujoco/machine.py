@@ -14,7 +14,6 @@ from tests.truth import ArmTruth, Disturbance
 Array = NDArray[np.float64]
 WEIGHT = 9.81  # m/s^2
 REFERENCE = 25.0  # degC
-HALF_SECOND = 0.5  # s: how long the force of a contact stays the same
 
 
 @dataclass(frozen=True)
@@ -29,15 +28,16 @@ class Ripple:
 
 @dataclass(frozen=True)
 class Push:
-    """Forces [N] on the surroundings in the base frame, one for each half second from ``start`` [s]."""
+    """Forces [N] on the surroundings in the base frame, each for an equal share of the time from ``start`` to ``end`` [s]."""
 
     start: float
+    end: float
     forces: tuple[tuple[float, float, float], ...]
 
     def at(self, time: float) -> Array:
         """The force (3,) [N] at one time [s]."""
-        piece = int(np.floor((time - self.start) / HALF_SECOND + 1e-9))
-        return np.array(self.forces[piece]) if 0 <= piece < len(self.forces) else np.zeros(3)
+        share = (time - self.start) / (self.end - self.start) + 1e-9
+        return np.array(self.forces[int(share * len(self.forces))]) if 0 <= share < 1 else np.zeros(3)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from tests.truth import ArmTruth, Motion, Run
 Array = NDArray[np.float64]
 STEP = 5e-4  # s
 KEPT = ("kind", "width", "slip", "dips", "powers")  # what a law without friction needs all the same
-SETTLING, SETTLING_STEP = 1.5, 1e-3  # s
+SETTLING, SETTLING_STEP = 1.6, 1.2e-3  # s
 
 
 class MujocoPlant:
