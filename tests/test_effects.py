@@ -231,7 +231,7 @@ def test_warm_up_fades_from_the_recordings_start(ur5: pid.Robot) -> None:
 
 
 def test_neighbouring_pairs_that_share_a_joint_are_different_effects(ur5: pid.Robot) -> None:
-    pairs = [CATALOGUE["coupled_friction"](joints=joints) for joints in ((1, 2), (2, 3))]
+    pairs = [pid.CATALOGUE["coupled_friction"](joints=joints) for joints in ((1, 2), (2, 3))]
     assert len(pid.make_effects(pairs)) == 2
     with pytest.raises(pid.InputError, match="given twice"):
         pid.make_effects([*pairs, pairs[0]])
