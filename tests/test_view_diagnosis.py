@@ -47,7 +47,7 @@ def diagnosis(model: pid.Model) -> DiagnosisRecord:
     extended = pid.Model(model.robot, (*model.effects, Contact()), np.append(model.theta, [1.0, 2.0, 3.0]))
     return DiagnosisRecord(
         path=None, sha256=None, question="missing", verdict="partly_explained", findings=(FOUND, TOUCH), before=LEVELS,
-        after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "still"),),
+        after=LEVELS, scored_on="holdout", noise_floor=None, placebos=(), unseen=(Unseen("joint_spring", (5,), "of a joint that does not move"),),
         unexplained=(), recordings=(), filter=pid.Filter(7.0), layout=None, drive_gains=None, unidentified=(), model=model,
         extended=extended, incomplete=(), seed=0, recording_offsets=False,
     )  # fmt: skip

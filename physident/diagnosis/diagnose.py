@@ -16,7 +16,7 @@ from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
 from physident.diagnosis.result.extended_estimate import extended_estimate
-from physident.diagnosis.result.findings import Placebo, Unseen, UsedRecording, Verdict
+from physident.diagnosis.result.findings import Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
@@ -183,12 +183,12 @@ def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
             continue
         columns = hypothesis.data.columns(candidate.options[0].columns)
         silent = max(float(np.abs(joint).max(initial=0.0)) for joint in columns) < SILENT
-        reason = "shows no torque" if silent else "inside what the baseline may take up"
+        reason: UnseenReason = "shows no torque" if silent else "inside what the baseline may take up"
         if hypothesis.problem.is_friction_of_resting_joint(candidate):
             reason = "of a joint that does not move"
         result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
 
 
-def _used(recordings: Sequence[Recording], role: str) -> tuple[UsedRecording, ...]:
+def _used(recordings: Sequence[Recording], role: Role) -> tuple[UsedRecording, ...]:
     return tuple(UsedRecording(r.source, r.sha256, role) for r in recordings)

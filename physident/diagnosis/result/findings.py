@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+UnseenReason = Literal["shows no torque", "inside what the baseline may take up", "of a joint that does not move"]
+Role = Literal["diagnosed", "holdout"]
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
 
@@ -98,13 +100,13 @@ class Unseen:
 
     effect: str
     joints: tuple[int, ...]
-    reason: str
+    reason: UnseenReason
 
 
 @dataclass(frozen=True)
 class UsedRecording:
-    """A recording and what it was used for: diagnosed or holdout."""
+    """A recording and its role in the diagnosis."""
 
     path: str
     sha256: str
-    role: str
+    role: Role

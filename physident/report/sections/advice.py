@@ -12,7 +12,7 @@ from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
 from physident.report.markup import tag
-from physident.report.sections.unseen import IN_MODEL, NONE_OF_ITS_OWN, by_reason
+from physident.report.sections.unseen import IN_MODEL, WORDED, by_reason
 
 SLOW = 0.5  # of the residual's power below 0.2 Hz
 SHARE = 0.1  # of the residual's power: a weaker dependence gives no advice
@@ -101,7 +101,7 @@ def _unseen(c: DiagnosisRecord) -> list[str]:
     items = []
     reasons = by_reason(c)
     # no motion shows the zero offset of a joint about a vertical axis
-    if still := [name for name in reasons.get(NONE_OF_ITS_OWN, {}) if name != "joint_zero_offset"]:
+    if still := [name for name in reasons.get(WORDED["shows no torque"], {}) if name != "joint_zero_offset"]:
         items.append(
             f"Record motions that excite {listed([effect_label(name) for name in still])}: here they caused no torque of their own."
         )

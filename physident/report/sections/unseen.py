@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
+from physident.diagnosis.result.findings import UnseenReason
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import numbered
 from physident.effects.catalogue import effect_label, effect_scope
@@ -11,7 +12,12 @@ from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
 
-NO_TORQUE, NONE_OF_ITS_OWN = "shows no torque", "shows no torque of its own"
+# how the page words each reason; one that is asked of an effect in the fitted model has an answer before
+WORDED: dict[UnseenReason, str] = {
+    "shows no torque": "shows no torque of its own",
+    "inside what the baseline may take up": "inside what the baseline may take up",
+    "of a joint that does not move": "of a joint that does not move",
+}
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
 
@@ -30,11 +36,7 @@ def by_reason(c: DiagnosisRecord) -> dict[str, dict[str, list[int]]]:
     in_model = {effect.name for effect in c.model.effects}
     found: dict[str, dict[str, list[int]]] = {}
     for one in c.unseen:
-        reason = (
-            IN_MODEL
-            if c.question == "missing" and one.effect in in_model
-            else one.reason.replace(NO_TORQUE, NONE_OF_ITS_OWN)
-        )
+        reason = IN_MODEL if c.question == "missing" and one.effect in in_model else WORDED[one.reason]
         joints = found.setdefault(reason, {}).setdefault(one.effect, [])
         joints += [j for j in one.joints if j not in joints]
     return found
