@@ -25,11 +25,11 @@ def share(hits: Sequence[bool]) -> dict[str, float]:
 
 
 def _seen(rows: Sequence[Row]) -> list[Row]:
-    return [r["score"] for r in rows if r["kind"] == "single" and r["tier"] in ("middle", "strong") and "score" in r]
+    return [r["score"] for r in rows if r["kind"] == "single" and "score" in r and r["tier"] in ("middle", "strong")]
 
 
 def _weak(rows: Sequence[Row]) -> list[Row]:
-    return [r["score"] for r in rows if r["kind"] == "single" and r["tier"] == "weak" and "score" in r]
+    return [r["score"] for r in rows if r["kind"] == "single" and "score" in r and r["tier"] == "weak"]
 
 
 def _twins(rows: Sequence[Row]) -> list[Row]:
@@ -51,7 +51,7 @@ FIGURES: dict[str, Figure] = {
     "silent": ("  nothing named", _seen, lambda s: s["told"] == "nothing"),
     "lesser": ("  listed, but as less than a cause", _seen, lambda s: s["lesser"] and not s["named"]),
     "others": ("  a false cause beside it or instead", _seen, lambda s: s["others"] > 0),
-    "value": (f"  value, where named, within {WITHIN:g} %", _seen, lambda s: s["error"] and s["error"] <= WITHIN),
+    "value": (f"  value, where named, within {WITHIN:g} %", _seen, lambda s: s["error"] <= WITHIN),
     "weak_first": ("weak: right cause first", _weak, lambda s: s["first"]),
     "weak_wrong": ("weak: a false cause", _weak, lambda s: s["others"] > 0),
     "twin_false": ("clean twins accused of a false cause", _twins, lambda t: t["false"] > 0),
