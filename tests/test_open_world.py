@@ -1,4 +1,7 @@
-"""What the open world draws: arms that can be, motions within limits, backgrounds of the stated size, scores that count."""
+"""What the open world draws: arms that can be, motions within limits, backgrounds of the stated size.
+
+Whole trials are in test_open_world_trials.py; how often the diagnosis is right is the question of the long run.
+"""
 
 from __future__ import annotations
 

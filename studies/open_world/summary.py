@@ -56,6 +56,7 @@ FIGURES: dict[str, Figure] = {
     "weak_wrong": ("weak: a false cause", _weak, lambda s: s["others"] > 0),
     "twin_false": ("clean twins accused of a false cause", _twins, lambda t: t["false"] > 0),
     "twin_any": ("  accused of anything, true friction laws included", _twins, lambda t: t["false"] + t["own"] > 0),
+    "twin_described": ("  something described on them, by chance or background", _twins, lambda t: t["described"]),
     "both": ("pairs: both named", _pairs, lambda s: s["named"]),
     "pair_first": ("pairs: one of them first", _pairs, lambda s: s["first"]),
     "third": ("pairs: a false third", _pairs, lambda s: s["others"] > 0),
