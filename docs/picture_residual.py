@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.diagnosis.result.wording import REMAINS, headline
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline
 from physident.graphics import style
 from physident.validation.comparison import Pair, predict_pair, rms
 
@@ -34,7 +34,7 @@ def main() -> None:
     after = None if found.estimate is None else found.estimate.model
     pair = predict_pair(found.model, after, [unseen], found.filter, found.drive_gains)
     title = f"UR10e, a run that nobody fitted. {headline(found.question, found.verdict, found.findings)}"
-    draw(pair, robot, f"{title} {REMAINS[found.verdict]}")
+    draw(pair, robot, f"{title} {RESIDUAL_IN_WORDS[found.verdict]}")
     print(found)
     print(f"written: {PICTURE.relative_to(ROOT)}")
 

@@ -57,17 +57,19 @@ def _diagnosed() -> list[tuple[str, str, str]]:
     both_seconds = f"{max(one['seconds']['median'] for one in sets):.1f} s of processor time, at most {max(one['seconds']['largest'] for one in sets):.1f}"
 
     def both(key: str) -> str:
-        return " and ".join(f"{one[key]['percent']:.0f} % of {one[key]['n']}" for one in sets)
+        percents = " and ".join(f"{one[key]['percent']:.0f} %" for one in sets)
+        sizes = " and ".join(str(n) for n in dict.fromkeys(one[key]["n"] for one in sets))
+        return f"{percents} (two independent sets of {sizes} trials)"
 
     return [
         (
-            "a hidden effect is named first, alone or in a class of rivals; blind trials",
+            "a hidden effect is named first, alone or with rivals; blind trials, friction law shared with the estimator",
             both("first"),
             "blind_trials",
         ),
         ("... and alone", both("alone"), "blind_trials"),
         (
-            "... its value within 10 % (somebody who knows cause, place and shape beforehand)",
+            "... its value within 10 % (an oracle that is given the effect, its joint and its shape)",
             " and ".join(f"{one['value']['percent']:.0f} % ({one['attainable']:.0f} %)" for one in sets),
             "blind_trials",
         ),
@@ -96,12 +98,12 @@ def measured() -> str:
     honest, textbook = coverage["wls"], coverage["textbook"]
     rows = [
         (
-            "95 % intervals under correlated noise hold the truth in",
+            "coverage of 95 % intervals under correlated noise",
             f"{honest['lowest_percent']:.1f} to {honest['highest_percent']:.1f} % of identifications (textbook ones: {textbook['lowest_percent']:.0f} to {textbook['highest_percent']:.0f} %)",
             "calibration",
         ),
         (
-            "an effect hidden by an independent plant, named to `identify`, comes back within 5 % or its interval",
+            "an effect hidden by an independent plant and given to `identify` is recovered within 5 % or its interval",
             f"{recovery['passed']} of {recovery['of']} parameters",
             "effects_recovery",
         ),
@@ -112,7 +114,7 @@ def measured() -> str:
         ),
         (
             "from signals to the compressed factor",
-            f"{speed['ratio']:.0f} times as fast as the plain way",
+            f"{speed['ratio']:.0f} times as fast as a direct implementation",
             "regressor_speed",
         ),
         (
@@ -136,7 +138,7 @@ def measured() -> str:
     rows.append(
         (
             "the thesis the project grew from, its model with friction and noise: torque errors",
-            f"{min(ours):.1f} to {max(ours):.1f} %, of which the noise is {min(floor):.1f} to {max(floor):.1f} (its own way: {min(plain):.0f} to {max(plain):.0f} %)",
+            f"{min(ours):.1f} to {max(ours):.1f} %, of which the noise is {min(floor):.1f} to {max(floor):.1f} (the thesis's method: {min(plain):.0f} to {max(plain):.0f} %)",
             "thesis",
         )
     )
@@ -168,8 +170,8 @@ def found_on_real_arms() -> str:
             finding["effect"] == "contact" for finding in d["clean"]["findings"]) else "a contact, falsely"),
         ("UR5, a simulation from its table", named(e["diagnosis"]["findings"]),
          f"move8 {errors(e['errors']['move8']['the table alone'])} → {errors(e['errors']['move8']['extended by diagnosis'])}"),
-        ("UR10e at rest, three poses", "nothing that friction could not hold" if not f["at_rest"]["outside"] else
-         f"more than friction can hold on joints {', '.join(map(str, f['at_rest']['outside']))}",
+        ("UR10e at rest, three poses", "nothing beyond static friction" if not f["at_rest"]["outside"] else
+         f"more than static friction can explain on joints {', '.join(map(str, f['at_rest']['outside']))}",
          f"torque up to {held:.1f} N m from gravity"),
     ]  # fmt: skip
     lines = [
@@ -196,7 +198,7 @@ def mass(value: dict[str, Any] | None) -> str:
     if value is None:
         return ""
     low, high = value["interval95"]
-    return f" of {value['value']:.2f} kg [{low:.2f}, {high:.2f}] (as uncertain again as the drive gains)"
+    return f" of {value['value']:.2f} kg [{low:.2f}, {high:.2f}] (plus the uncertainty of the drive gains)"
 
 
 def errors(values: list[float]) -> str:

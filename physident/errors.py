@@ -1,4 +1,4 @@
-"""What can go wrong, as one line that says what came, what was expected and what to do."""
+"""One-line errors: what was found, what was expected, and what to do."""
 
 import warnings
 

@@ -34,7 +34,7 @@ def sentences(diagnosis: pid.Diagnosis) -> list[str]:
 
 
 def test_effects_that_cannot_be_told_stand_with_their_reason(diagnosis: pid.Diagnosis) -> None:
-    told = [row for row in sentences(diagnosis) if row.startswith("cannot tell here")]
+    told = [row for row in sentences(diagnosis) if row.startswith("neither confirmed nor ruled out")]
     assert len(told) == 2
     for reason, joints in ((SILENT, "2,4,6"), (INSIDE, "1,3,5")):
         (row,) = [row for row in told if reason in row]
@@ -46,7 +46,7 @@ def test_effects_that_cannot_be_told_stand_with_their_reason(diagnosis: pid.Diag
 
 
 def test_no_reason_is_given_where_everything_could_be_told(diagnosis: pid.Diagnosis) -> None:
-    assert "cannot tell" not in repr(replace(diagnosis, unseen=()))
+    assert "neither confirmed" not in repr(replace(diagnosis, unseen=()))
 
 
 def test_a_noise_floor_that_nothing_measured_is_not_passed_over(diagnosis: pid.Diagnosis) -> None:

@@ -226,11 +226,11 @@ def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("verdict", "head", "lead"),
     [
-        ("nothing_missing", "Nothing is missing from the model", "what remains is noise"),
+        ("nothing_missing", "Nothing is missing from the model", "the residual is noise"),
         (
             "unexplained",
             "These recordings prove nothing that is missing from the model, and do not",
-            "Structure remains",
+            "The residual has structure",
         ),
     ],
 )

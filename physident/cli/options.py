@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 Recordings = Annotated[
     list[str],
-    typer.Argument(metavar="RECORDING...", help="Recordings (.csv, .csv.gz, .npz), or patterns such as runs/*.csv."),
+    typer.Argument(
+        metavar="RECORDING...", help="Recordings (.csv, .csv.gz, .txt, .npz), or patterns such as runs/*.csv."
+    ),
 ]
 RobotOption = Annotated[
     str | None,

@@ -1,4 +1,4 @@
-"""Friction with memory: the contact bends like a bristle over a short distance before it slides."""
+"""Friction with memory: the rubbing surfaces deflect like a bristle over a short distance before they slide."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ rect.band { fill: #e4e4ef; }
 .marks b { position: absolute; top: .2rem; transform: translateX(-50%); font-weight: 400; color: var(--soft); font-size: 1.1rem; }
 .marks i { position: absolute; top: .5rem; width: 1rem; height: 1rem; border-radius: 50%; transform: translateX(-50%);
   border: 1px solid #fff; }
-.scale .gate { color: var(--ink); font-weight: 600; }
+.scale .threshold { color: var(--ink); font-weight: 600; }
 @media (max-width: 60rem) {
   .level { grid-template-columns: 6.5rem 1fr; }
   .level .name, .level .bars { grid-column: 1 / -1; }

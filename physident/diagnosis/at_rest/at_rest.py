@@ -1,7 +1,7 @@
-"""An arm that stands still: friction holds it, so that torques say little about the model, and how little.
+"""Recordings at standstill: compare measured torque with modelled gravity and the breakaway torque.
 
-At rest a joint's friction is whatever keeps it still, anything up to what it takes to move it. What an arm measures then
-lies in a band about the torque of gravity; only what leaves the band contradicts a model.
+At standstill, static friction takes any value up to the breakaway torque, so only a larger difference contradicts the
+model.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def is_at_rest(recordings: Sequence[Recording]) -> bool:
 
 
 def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -> AtRest:
-    """What recordings of an arm that stands still say of a model: torques beside gravity and the friction that may hold.
+    """Compare the torques of recordings at standstill with a model's gravity and breakaway torque.
 
     Raises InputError for a recording with motion or one that came twice, another number of joints, torques far beyond the
     robot's limits, or currents without gains.
@@ -60,7 +60,7 @@ def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -
 
 
 def breakaway(model: Model, q: Array) -> Array:
-    """Torque (n,) [N m|N] that friction holds each joint with at a position (n,), as the model has it at a creep."""
+    """Breakaway torque (n,) [N m|N] of each joint at a position (n,): the model's friction at a slow creep."""
     robot = model.robot
     at_once = [(effect, theta) for effect, theta in _parts(model) if effect.pointwise]
     alone = Model(robot, tuple(e for e, _ in at_once), np.concatenate([theta for _, theta in at_once]))

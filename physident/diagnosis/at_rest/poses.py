@@ -1,4 +1,4 @@
-"""What recordings of an arm that stands still say of a model, pose by pose."""
+"""The comparison of recordings at standstill with a model, pose by pose."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ SCHEMA = "physident.at_rest/1"
 DOUBT = 2.0  # standard errors
 COLUMN = 40  # characters of a row's label
 NOTHING_MORE = (
-    "At rest friction takes any value up to what it takes to move the joint. Nothing about friction, rotors or inertia is"
-    " in these recordings, and about gravity only what leaves that band: move the arm, slowly and both ways."
+    "At standstill, static friction takes any value up to the breakaway torque. These recordings contain no information"
+    " about friction, rotors or inertia, and about gravity only where the difference exceeds that range: record slow"
+    " motions in both directions."
 )
 
 
@@ -54,7 +55,7 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class AtRest:
-    """What recordings of an arm that stands still say of a model: ``poses``, and the ``joints``' names."""
+    """The comparison of recordings at standstill with a model, pose by pose."""
 
     poses: tuple[Pose, ...]
     joints: tuple[str, ...]
@@ -73,13 +74,13 @@ class AtRest:
         write_json(path, self.as_dict())
 
     def __repr__(self) -> str:
-        rows = [f"what an arm at rest shows: {self._answer()}", f"  {NOTHING_MORE}"]
+        rows = [f"at standstill: {self._answer()}", f"  {NOTHING_MORE}"]
         for pose in self.poses:
             title = f"{Path(pose.source).name}, {pose.duration:.1f} s at rest"
             rows += ["", title.ljust(COLUMN) + "".join(f"{j:>9d}" for j in range(1, len(self.joints) + 1))]
             table = {
                 "  measured [N m]": pose.measured, "  gravity, by the model [N m]": pose.gravity,
-                "  difference [N m]": pose.held, "  friction can hold up to [N m]": pose.friction,
+                "  difference [N m]": pose.held, "  breakaway torque [N m]": pose.friction,
             }  # fmt: skip
             rows += [label.ljust(COLUMN) + "".join(f"{x:9.3g}" for x in values) for label, values in table.items()]
         return "\n".join(part for row in rows for part in wrapped(row))
@@ -89,9 +90,12 @@ class AtRest:
         largest = max(float(np.abs(pose.held).max()) for pose in self.poses)
         if not self.outside:
             return (
-                f"nothing that contradicts the model; all {count} torques differ from its gravity, by up to {largest:.2g}"
-                " N m, and none by more than friction can hold"
+                f"nothing contradicts the model; the {count} torques differ from modelled gravity by up to {largest:.2g} N m,"
+                " never by more than static friction can explain"
             )
         several = "s" if len(self.outside) > 1 else ""
         names = ", ".join(map(str, self.outside))
-        return f"on joint{several} {names} more torque than friction can hold: gravity there is not the model's"
+        return (
+            f"joint{several} {names}: static friction cannot explain the difference between measured and modelled gravity"
+            " torque"
+        )

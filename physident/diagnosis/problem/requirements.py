@@ -24,7 +24,8 @@ def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], ho
     for one in holdout:
         if one.sha256 in fitted or one.sha256 in {r.sha256 for r in recordings}:
             raise InputError(
-                f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that nothing has seen"
+                f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that was used for"
+                " neither"
             )
 
 

@@ -1,4 +1,4 @@
-"""The result of a diagnosis: findings, what stays unexplained, the extended model, and the words for all of them.
+"""The result of a diagnosis: findings, the unexplained residual, the extended model, and their text.
 
 ``findings`` are the records, ``assemble`` makes them from a finished search, ``text`` and ``wording`` print them,
 ``saved`` reads them back from a file. Start with ``findings``.

@@ -25,4 +25,4 @@ def separation_advice(question: Question, name: str, joints: Sequence[int], othe
     # a design needs to know the noise, which a nominal model does not
     model = "EXTENDED" if question == "nominal" else "MODEL"
     command = f"physident design --model {model} --discriminate {name} {other.effect}{joint} --out motion.json"
-    return f"{words[0] if words else ''}The motion that does: {command}"
+    return f"{words[0] if words else ''}Design a motion that separates them with: {command}"

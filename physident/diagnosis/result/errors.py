@@ -16,7 +16,7 @@ from physident.validation.scores import compare, validate
 def errors_before_and_after(
     first: Hypothesis, last: Hypothesis, extended: Estimate | None, holdout: Sequence[Recording]
 ) -> tuple[JointErrors, JointErrors]:
-    """Errors of the model as it came and of the extended one: on the holdout where there is one, else on left-out rows."""
+    """Errors of the model as given and of the extended one: on the holdout where there is one, else on left-out rows."""
     if not holdout:
         return _left_out_errors(first), _left_out_errors(last)
     given = as_estimate(first.problem.given, first.problem.filter)

@@ -21,8 +21,8 @@ from physident.recordings.recording import Recording
 
 
 def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
-    """The extended model's estimate: identified again where it was fitted to these recordings, else the values of the
-    diagnosis, the model's own moved within their covariance."""
+    """The extended model's estimate: identified again if the model was fitted to these recordings; otherwise with the values
+    of the diagnosis, which move the model's parameters within their covariance."""
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
         regressor = settled_regressor(model.robot, model.effects, problem.signals, problem.filter, model.theta)

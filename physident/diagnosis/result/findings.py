@@ -81,7 +81,7 @@ class JointErrors:
 
 @dataclass(frozen=True)
 class Placebo:
-    """A column that cannot be a cause: its left-out gain beside the gate's threshold."""
+    """A column that cannot be a cause: its evidence on left-out rows, and the threshold."""
 
     name: str
     joint: int
@@ -90,7 +90,7 @@ class Placebo:
 
     @property
     def passed(self) -> bool:
-        """Whether the gate let it through, which it must not."""
+        """Whether it exceeds the threshold, which it must not."""
         return self.gain > self.threshold
 
 

@@ -27,8 +27,8 @@ class DiagnosisRecord:
     ``before``, ``after``: errors on the holdout, or on left-out rows without one (``scored_on``). ``model`` is the model
     that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
-    ``incomplete``: joints (from 1) on which a model, asked what is different now, left more than noise of its own training
-    recordings. ``path`` and ``sha256`` are those of the file that it was read from.
+    ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
+    autocorrelated. ``path`` and ``sha256`` are those of the file that it was read from.
     """
 
     question: Question

@@ -122,7 +122,7 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
             "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor"
         ]
     return ["unexplained structure in the residual:"] + [
-        f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.looks}"
+        f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]
 
@@ -133,7 +133,7 @@ def _checks(d: DiagnosisRecord) -> list[str]:
     if d.placebos:
         top = max(d.placebos, key=lambda p: p.gain)
         rows.append(
-            f"placebos: {len(passed)} of {len(d.placebos)} passed the gate (best {top.gain:.1f}, gate {top.threshold:.1f})"
+            f"placebos: {len(passed)} of {len(d.placebos)} exceed the threshold (best {top.gain:.1f}, threshold {top.threshold:.1f})"
             + ("; distrust this diagnosis" if passed else "")
         )
     for reason in dict.fromkeys(u.reason for u in d.unseen):
@@ -142,7 +142,7 @@ def _checks(d: DiagnosisRecord) -> list[str]:
             if u.reason == reason:
                 cells.setdefault(u.effect, []).extend(u.joints)
         names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
-        rows.append(f"cannot tell here, {reason}: {names}")
+        rows.append(f"neither confirmed nor ruled out ({reason}): {names}")
     if d.unidentified:
         rows.append(
             f"never identified, kept at their nominal values: {', '.join(d.unidentified[:8])}{' ...' if len(d.unidentified) > 8 else ''}"

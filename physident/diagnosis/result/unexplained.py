@@ -46,17 +46,21 @@ class Unexplained:
         return self.memory > STRUCTURED * self.white_memory
 
     @property
-    def looks(self) -> str:
+    def description(self) -> str:
         """The largest of what it shows against, in words."""
         shares = {
             "velocity": self.velocity, "position": self.position, "load": self.load, "time": self.time,
             f"order {self.order:g}": self.order_share,
         }  # fmt: skip
         name = max(shares, key=lambda key: shares[key])
-        against = (
-            f"{100 * shares[name]:.0f} % against {name}" if shares[name] > 0.05 else "no trend with v, q, load or time"
+        dependence = (
+            f"a curve over {name} explains {100 * shares[name]:.0f} % of it"
+            if shares[name] > 0.05
+            else "no dependence on velocity, position, load or time"
         )
-        return f"{100 * self.slow:.0f} % of its power below {SLOW:g} Hz, {against}"
+        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}"
+
+    looks = description  # its earlier name, which studies/open_world reads
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""

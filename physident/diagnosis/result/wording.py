@@ -18,13 +18,14 @@ NOT_FOUND = {
     "different": "different from when the model was identified",
     "nominal": "wrong with the nominal model",
 }
-REMAINS: dict[Verdict, str] = {
-    "explained": "What remains is noise.",
-    "partly_explained": "Structure remains that no effect of the catalogue takes up.",
-    "nothing_missing": "No effect of the catalogue beats chance, and what remains is noise.",
-    "unexplained": "Structure remains in the torque, and no effect of the catalogue predicts it on unseen data.",
+RESIDUAL_IN_WORDS: dict[Verdict, str] = {
+    "explained": "The remaining residual is noise.",
+    "partly_explained": "Some structure in the residual matches no effect of the catalogue.",
+    "nothing_missing": "No effect of the catalogue beats chance, and the residual is noise.",
+    "unexplained": "The residual has structure that no effect of the catalogue predicts on unseen data.",
 }
-NAMED = 6  # causes in a sentence
+REMAINS = RESIDUAL_IN_WORDS  # its earlier name, which graphics.figures.residual imports
+MAX_NAMED = 6  # causes in a sentence
 
 
 def in_words(text: str) -> str:
@@ -55,8 +56,8 @@ def numbered(joints: Sequence[int]) -> str:
     return listed([text for run in texts for text in run])
 
 
-def came(question: Question) -> str:
-    """What the model that was diagnosed is called beside the extended one."""
+def model_label(question: Question) -> str:
+    """The label of the diagnosed model beside the extended one."""
     return "nominal model" if question == "nominal" else "model as identified"
 
 
@@ -69,21 +70,21 @@ def listed(items: Sequence[object]) -> str:
 def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) -> str:
     """The answer in one sentence."""
     if findings:
-        return " ".join([*_lasting(question, findings), *_passing(findings)])
+        return " ".join([*_properties_sentence(question, findings), *_contacts_sentence(findings)])
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
-    return f"These recordings prove nothing that is {NOT_FOUND[question]}, and do not rule it out: structure remains."
+    return f"These recordings prove nothing that is {NOT_FOUND[question]}, and do not rule it out: the residual has structure."
 
 
-def _lasting(question: Question, findings: Sequence[Finding]) -> list[str]:
+def _properties_sentence(question: Question, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
     found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
-    more = [f"{len(found) - NAMED} more"] if len(found) > NAMED else []
-    return [f"{FOUND[question]} {'; '.join([*found[:NAMED], *more])}."] if found else []
+    more = [f"{len(found) - MAX_NAMED} more"] if len(found) > MAX_NAMED else []
+    return [f"{FOUND[question]} {'; '.join([*found[:MAX_NAMED], *more])}."] if found else []
 
 
-def _passing(findings: Sequence[Finding]) -> list[str]:
+def _contacts_sentence(findings: Sequence[Finding]) -> list[str]:
     """A sentence of what happened to the arm, where anything did."""
     times = [f"from {start:.2f} to {end:.2f} s" for f in findings for start, end in f.intervals]
-    more = [f"{len(times) - NAMED} times more"] if len(times) > NAMED else []
-    return [f"The tool was in contact with something {listed([*times[:NAMED], *more])}."] if times else []
+    more = [f"{len(times) - MAX_NAMED} times more"] if len(times) > MAX_NAMED else []
+    return [f"The tool was in contact with something {listed([*times[:MAX_NAMED], *more])}."] if times else []

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import REMAINS, cause, headline, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, listed
 from physident.effects.catalogue import effect_label
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
@@ -39,7 +39,7 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
 
 def findings(c: DiagnosisRecord) -> str:
     """Markdown: the verdict, each finding with its numbers, rivals and advice, unexplained structure, unseen effects."""
-    lines = [f"# {headline(c.question, c.verdict, c.findings)}", "", REMAINS[c.verdict], ""]
+    lines = [f"# {headline(c.question, c.verdict, c.findings)}", "", RESIDUAL_IN_WORDS[c.verdict], ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
     if left := c.structured:
@@ -78,7 +78,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
     if finding.advice:
-        lines += [f"To separate them: {finding.advice}.", ""]
+        lines += [finding.advice, ""]
     return lines
 
 

@@ -10,11 +10,11 @@ from physident.recordings.formats.table import Table
 
 
 def read_table(path: Path) -> Table:
-    """The table of a recording's file by its ending (.csv, .csv.gz, .npz); raises InputError for any other file."""
+    """The table of a recording's file by its ending (.csv, .csv.gz, .txt, .npz); raises InputError for any other file."""
     name = path.name.lower()
     if not os.path.isfile(path):  # reading a pipe might never end
         problem = "a folder" if os.path.isdir(path) else "not a file" if os.path.exists(path) else "not found"
-        raise InputError(f"recording {str(path)!r} is {problem}; expected a .csv, .csv.gz or .npz file")
+        raise InputError(f"recording {str(path)!r} is {problem}; expected a .csv, .csv.gz, .txt or .npz file")
     if name.endswith((".csv", ".csv.gz", ".txt")):
         from physident.recordings.formats.csv import read_csv
 
@@ -23,4 +23,4 @@ def read_table(path: Path) -> Table:
         from physident.recordings.formats.npz import read_npz
 
         return read_npz(path)
-    raise InputError(f"{path}: its ending is of no known format; expected .csv, .csv.gz or .npz")
+    raise InputError(f"{path}: its ending is of no known format; expected .csv, .csv.gz, .txt or .npz")

@@ -42,7 +42,7 @@ def _incomplete(c: DiagnosisRecord) -> list[str]:
 
 def _rivals(c: DiagnosisRecord) -> list[str]:
     return [
-        f"To separate {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}."
+        f"To separate {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}"
         for f in c.findings
         for r in f.rivals
     ]

@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import REMAINS, headline, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline, listed
 from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
@@ -32,7 +32,7 @@ def answer(c: DiagnosisRecord) -> Markup:
             "p", f"Diagnosis of {c.model.robot.name}", " ", tag("b", MARKS[c.verdict], class_=c.verdict), class_="mark"
         ),
         tag("h1", headline(c.question, c.verdict, c.findings)),
-        tag("p", *_gains(c), REMAINS[c.verdict], class_="lead"),
+        tag("p", *_gains(c), RESIDUAL_IN_WORDS[c.verdict], class_="lead"),
         *_cautions(c),
     )
 

@@ -65,7 +65,7 @@ def _scale(c: DiagnosisRecord, threshold: float) -> Markup:
     return tag(
         "div",
         tag("div", tag("u", style=at(threshold)), *marks, class_="marks"),
-        tag("div", *labels, tag("span", "threshold", style=at(threshold), class_="gate"), class_="columns"),
+        tag("div", *labels, tag("span", "threshold", style=at(threshold), class_="threshold"), class_="columns"),
         tag("div", "evidence [noise units], square-root scale; × placebo (negative ones are drawn at zero), ● finding", class_="below"),
         class_="scale",
         role="img",

@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import came
+from physident.diagnosis.result.wording import model_label
 from physident.graphics import style
 from physident.graphics.figures.residual import torque_units
 from physident.report.chart import legend
@@ -20,7 +20,7 @@ FLOOR = " The floor is the part of the torque that differs between repetitions o
 def joint_errors(c: DiagnosisRecord) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
-    names = [(came(c.question), style.RESIDUAL)]
+    names = [(model_label(c.question), style.RESIDUAL)]
     if c.findings:
         names.append(("extended model", style.PREDICTED))
     return tag(

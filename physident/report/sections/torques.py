@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import came
+from physident.diagnosis.result.wording import model_label
 from physident.effects.contact import Contact
 from physident.errors import InputError
 from physident.graphics import style
@@ -52,7 +52,7 @@ def _charts(c: DiagnosisRecord, one: Reread) -> list[Markup]:
         pair = predict_pair(c.model, c.extended, [one.recording], c.filter, c.drive_gains)
     except InputError as error:
         return [head, tag("p", f"Read again, but its torque cannot be predicted: {error}.")]
-    names = [("measured", style.MEASURED), (came(c.question), style.RESIDUAL)]
+    names = [("measured", style.MEASURED), (model_label(c.question), style.RESIDUAL)]
     if pair.after is not None:
         names.append((EXTENDED, style.PREDICTED))
     text = "that no model was fitted to" if one.used.role == "holdout" else "that was diagnosed"
@@ -81,7 +81,7 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
         return tag("figure", tag("figcaption", f"{title}: no row with motion"))
     time = pair.before.time[rows] - start
     colours = (style.RESIDUAL, style.PREDICTED)
-    models = list(zip((came(c.question), EXTENDED), pair.both, colours, strict=False))
+    models = list(zip((model_label(c.question), EXTENDED), pair.both, colours, strict=False))
     predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
     residuals = [Line(name, time, (p.measured - p.predicted)[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)

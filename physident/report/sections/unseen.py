@@ -92,11 +92,11 @@ def _remainder(c: DiagnosisRecord) -> list[Markup]:
     if not left:
         return [tag("p", "The residual is no more autocorrelated than noise through the same filter.")]
     units = torque_units(c.model.robot)
-    head = ["", "RMS", "memory", "noise's memory", "looks"]
+    head = ["", "RMS", "memory", "noise's memory", "description"]
     rows = [
         [
             f"joint {r.joint}", quantity(r.rms, units[r.joint - 1]), f"{number(r.memory, 2)}{SPACE}s",
-            f"{number(r.white_memory, 2)}{SPACE}s", r.looks,
+            f"{number(r.white_memory, 2)}{SPACE}s", r.description,
         ]
         for r in left
     ]  # fmt: skip
