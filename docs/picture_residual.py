@@ -15,7 +15,7 @@ import numpy as np
 import physident as pid
 from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline
 from physident.graphics import style
-from physident.validation.comparison import Pair, predict_pair, rms
+from physident.validation.comparison import Pair, predict_pair
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "residual.png"
@@ -46,7 +46,7 @@ def draw(pair: Pair, robot: pid.Robot, title: str) -> None:
     for j, axis in enumerate(axes.ravel()[: robot.n]):
         for p, name, colour in zip(pair.both, ("before", "after"), (style.RESIDUAL, style.PREDICTED), strict=False):
             axis.plot(time, (p.measured - p.predicted)[:, j], color=colour, label=name, linewidth=1.0)
-        sizes = [float(rms(p)[j]) for p in pair.both]
+        sizes = [float(p.rms[j]) for p in pair.both]
         axis.set_title(f"joint {j + 1}: {' to '.join(f'{s:.3g}' for s in sizes)} N m RMS", fontsize=9, loc="left")
         axis.set_ylabel("residual\n[N m]")
     for axis in axes[-1]:

@@ -37,7 +37,7 @@ def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: Hypothe
     responses = surrogate_responses(fresh)
     luckiest = (
         left_out_gains(fresh.data, fresh.baseline, fresh.fit, responses)
-        .gain_without_best_fold[seen.visible_share >= VISIBLE]
+        .evidence_without_best_fold[seen.visible_share >= VISIBLE]
         .max(axis=0)
     )
     assert np.mean(luckiest > seen.threshold) < 0.04
@@ -60,7 +60,7 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypat
         return before if one is None else after
 
     monkeypatch.setattr(acceptance, "left_out_costs", costs)
-    assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > acceptance.LEAST_REDUCTION
+    assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > acceptance.MIN_REDUCTION_PERCENT
     assert not acceptance.is_useful(healthy, candidate)
 
 
@@ -68,16 +68,18 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypat
 def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
     seen: CandidateScores, gain: float, least: float, share: float
 ) -> None:
-    given = np.full_like(seen.gain, gain), np.full_like(seen.gain_without_best_fold, least)
+    given = np.full_like(seen.gain, gain), np.full_like(seen.evidence_without_best_fold, least)
     one = replace(
         seen,
         gain=given[0],
-        gain_without_best_fold=given[1],
+        evidence_without_best_fold=given[1],
         visible_share=np.full_like(seen.visible_share, share),
         threshold=20.0,
     )
     assert not one.beats_chance(0)
-    assert replace(one, gain_without_best_fold=one.gain, visible_share=np.ones_like(one.visible_share)).beats_chance(0)
+    assert replace(
+        one, evidence_without_best_fold=one.gain, visible_share=np.ones_like(one.visible_share)
+    ).beats_chance(0)
 
 
 def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
@@ -115,7 +117,7 @@ def pressed(seen: CandidateScores, evidence: float, least: float) -> CandidateSc
     found = replace(
         seen.contact,
         evidence=np.full(S, evidence),
-        gain_without_best_joint=np.full(S, least),
+        evidence_without_best_joint=np.full(S, least),
         reduction=10.0,
         joint_reduction=10.0,
     )

@@ -54,9 +54,9 @@ def test_the_search_ends_where_a_placebo_comes_next(rubbing: Hypothesis) -> None
     assert top is not None
     assert now.hypothesis.data.candidates[top].joints == (JOINT,)
     first = next(i for i, c in enumerate(now.hypothesis.data.candidates) if c.placebo)
-    gain, least, share = now.gain.copy(), now.gain_without_best_fold.copy(), now.visible_share.copy()
+    gain, least, share = now.gain.copy(), now.evidence_without_best_fold.copy(), now.visible_share.copy()
     gain[first], least[first], share[first] = 2 * gain.max(), 2 * least.max(), 1.0
-    assert choose_candidate(replace(now, gain=gain, gain_without_best_fold=least, visible_share=share)) is None
+    assert choose_candidate(replace(now, gain=gain, evidence_without_best_fold=least, visible_share=share)) is None
 
 
 def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(

@@ -84,7 +84,7 @@ def finding(effect: str, joints: tuple[int, ...], *rivals: tuple[str, tuple[int,
 
 def answer(*findings: Any, described: tuple[int, ...] = (), estimate: Any = None) -> Any:
     """A diagnosis that somebody made up."""
-    rest = tuple(SimpleNamespace(joint=j, looks="made up") for j in described)
+    rest = tuple(SimpleNamespace(joint=j, description="made up") for j in described)
     return SimpleNamespace(findings=findings, structured=rest, estimate=estimate, verdict="made up")
 
 
@@ -347,5 +347,5 @@ def test_a_diagnosis_has_what_the_judge_reads(made: Callable[[str], Known]) -> N
     found = pid.diagnose_motion(known.scene.model, [t.recording for t in known.changed[:2]])
     for f in found.findings:
         assert {"effect", "joints", "rivals", "parameters"} <= set(dir(f))
-    assert all(1 <= r.joint <= 4 and r.looks for r in found.structured)
+    assert all(1 <= r.joint <= 4 and r.description for r in found.structured)
     assert score(known.scene, known.trial, known.changed, found).verdict == found.verdict

@@ -35,7 +35,7 @@ def test_a_drifting_zero_is_structure_unless_it_is_allowed_for(
 
 
 def test_one_recording_cannot_drift(healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]) -> None:
-    with pytest.raises(pid.InputError, match="recording_offsets came with one recording"):
+    with pytest.raises(pid.InputError, match="recording_offsets was given with one recording"):
         pid.diagnose_motion(healthy_estimate, healthy_runs[2:3], recording_offsets=True)
 
 

@@ -206,7 +206,6 @@ def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
         data["recordings"][1]["path"] = bad
         data["recordings"][0]["path"] = "\u202egnp.exe\x00\x1b[31m\udc80"
         data["held"] = ["<b>m_1</b>"]
-        data["unseen"][-1]["reason"] = "<i>why</i>"
         for key in ("model", "extended_model"):
             robot = data[key]["robot"]
             robot["name"] = "<u>arm</u>"
@@ -217,7 +216,7 @@ def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
     assert not page.all("img")
     assert {e.attributes["role"] for e in page.all("svg")} == {"img"}  # ours alone
     assert all("onload" not in e.attributes for e in page.all("svg"))
-    for text in (bad, "<b>m_1</b>", "<i>why</i>", "<u>arm</u>", "<svg onload=alert(3)>"):
+    for text in (bad, "<b>m_1</b>", "<u>arm</u>", "<svg onload=alert(3)>"):
         assert text in page.text
     html = (tmp_path / "changed.html").read_text(encoding="utf-8")
     assert not set(html) & {"\u202e", "\x00", "\x1b", "\udc80"}

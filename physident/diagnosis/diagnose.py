@@ -1,4 +1,4 @@
-"""The verb: what recordings show that a model does not, named, measured and added to it."""
+"""The entry point: find, quantify and add the effects that recordings show and a model lacks."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def diagnose(
         return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets)
     if holdout or filter is not None or recording_offsets:
         raise InputError(
-            "no recording moves, but a holdout, a filter or recording offsets came along; expected recordings with motion,"
-            " or none of these"
+            "all recordings are at standstill, but a holdout, a filter or recording_offsets was given; expected recordings"
+            " with motion, or none of these"
         )
     return diagnose_at_rest(model, recordings)
 
@@ -74,10 +74,10 @@ def diagnose_motion(
 ) -> Diagnosis:
     """What recordings of a moving arm show that a model does not: causes with their proof on left-out rows.
 
-    An ``Estimate`` asks what is missing from it, given the recordings it was fitted to, or what is different, given new
-    ones; a ``Model`` is nominal. ``holdout`` is scored once, at the end. ``filter``, and ``columns`` that the extended
-    model remembers, are for a ``Model`` alone; ``seed`` draws the surrogates; with ``recording_offsets`` a constant torque
-    per recording is refitted and never named. Raises InputError for no recordings, a repeated one, a mixture of fitted and
+    Given an ``Estimate``, it finds effects that are missing (recordings that were fitted) or that have changed (new
+    recordings); a ``Model`` is treated as nominal. ``holdout`` is scored once, at the end. ``filter``, and the ``columns``
+    stored in the extended model, apply to a ``Model`` only; ``seed`` draws the surrogates. With ``recording_offsets`` a
+    constant torque per recording is refitted and never reported. Raises InputError for no recordings, a repeated one, a mixture of fitted and
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
     before the search.
     """
@@ -145,7 +145,7 @@ def _check_options(
         )
     if recording_offsets and len(recordings) < 2:
         raise InputError(
-            "recording_offsets came with one recording; expected two or more, between which a zero can drift"
+            "recording_offsets was given with one recording; expected two or more, between which a zero can drift"
         )
 
 
@@ -170,7 +170,7 @@ def _verdict(found: bool, structured: bool) -> Verdict:
 def _placebos(last: CandidateScores) -> tuple[Placebo, ...]:
     return tuple(
         Placebo(c.name, c.joints[0], float(gain), last.threshold)
-        for c, gain in zip(last.hypothesis.data.candidates, last.gain_without_best_fold, strict=True)
+        for c, gain in zip(last.hypothesis.data.candidates, last.evidence_without_best_fold, strict=True)
         if c.placebo
     )
 

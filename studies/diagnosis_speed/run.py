@@ -12,8 +12,9 @@ from kept import UR10E_COLUMNS, UR10E_GAINS, keep, need_data
 import physident as pid
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.problem.question import choose_question
-from physident.diagnosis.search.candidate_scores import SURROGATES, surrogate_responses
+from physident.diagnosis.search.candidate_scores import surrogate_responses
 from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.search.thresholds import SURROGATES
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
 from physident.estimation.identify import prepare_all

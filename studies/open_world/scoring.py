@@ -172,7 +172,7 @@ def true_of(scene: Scene) -> set[Key]:
 def descriptions(diagnosis: Any) -> tuple[tuple[int, ...], str]:
     """Joints on which structure is described without a name, and the words."""
     structured = diagnosis.structured
-    words = "; ".join(f"{r.joint}: {r.looks}" for r in structured)
+    words = "; ".join(f"{r.joint}: {r.description}" for r in structured)
     return tuple(r.joint for r in structured), words
 
 

@@ -69,6 +69,7 @@ def diagnose(
     modelled gravity torque."""
     from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose as run
+    from physident.estimation.estimate import Estimate
     from physident.recordings.signals import Filter
 
     if (model is None) == (robot is None):
@@ -81,7 +82,7 @@ def diagnose(
     check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
     start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
     nominal = model is None
-    layout = columns if nominal or columns is not None else getattr(start, "columns", None)
+    layout = start.layout if columns is None and isinstance(start, Estimate) else columns
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(holdouts, layout, drive_gains) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
@@ -125,4 +126,4 @@ def _described(source: str, effects: str | None) -> Model:
 
 
 def _print_progress(text: str) -> None:
-    typer.echo(f"physident: trying {text}", err=True)
+    typer.echo(f"physident: added {text}", err=True)

@@ -21,7 +21,7 @@ PLACEBOS = ("placebo_reversed", "placebo_random")
 
 @dataclass(frozen=True)
 class Option:
-    """One concrete effect, its shape set, and where its columns stand in the evidence."""
+    """One concrete effect with its shape parameter set, and the indices of its columns in the regressor."""
 
     effect: Effect | None
     columns: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""The problem of a diagnosis: what stays the same through the whole search."""
+"""The problem of a diagnosis: everything that does not change during the search."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class DiagnosisProblem:
 
     @property
     def model(self) -> Model:
-        """The model as it came."""
+        """The model as given."""
         return self.given if isinstance(self.given, Model) else self.given.model
 
     @cached_property
@@ -70,8 +70,8 @@ class DiagnosisProblem:
         return is_friction and self.resting_joints.issuperset(candidate.joints)
 
     @cached_property
-    def missing_ordinary_effects(self) -> tuple[AcceptedEffect, ...]:
-        """Effects of an ordinary arm, such as friction, that the model does not have."""
+    def missing_default_effects(self) -> tuple[AcceptedEffect, ...]:
+        """Default effects, such as friction, that the model does not have."""
         present = {(e.name, j + 1) for e in self.model.effects for j in e.active(self.model.robot)}
         return tuple(
             AcceptedEffect(c, c.options[0].effect)

@@ -1,4 +1,4 @@
-"""A nuisance, asked for: the zero of a torque sensor that drifts from one recording to the next."""
+"""Optional nuisance columns: a torque sensor's zero that drifts between recordings."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ class RecordingOffset(Effect):
 
 
 def offset_of_each_recording(signals: Sequence[Signals]) -> list[RecordingOffset]:
-    """One offset for each recording: which of them has the true zero, none can tell."""
+    """One offset for each recording, because the true zero is unknown."""
     return [RecordingOffset(recording=one.recording) for one in signals]

@@ -1,7 +1,7 @@
-"""How much each row can be trusted: where friction is steep, noise of velocity becomes noise of torque.
+"""Row weights: near reversals, velocity noise becomes torque noise through dry friction.
 
-Near a reversal sgn v follows the noise of the measured velocity, and the whole dry friction with it. Rows are weighted by
-what that adds to their noise; else chance at reversals looks like an effect that lives there.
+Near a reversal sgn v, and with it the dry friction, follows the noise of the measured velocity. Rows are weighted down by the
+noise this adds; otherwise chance at reversals looks like an effect.
 """
 
 from __future__ import annotations

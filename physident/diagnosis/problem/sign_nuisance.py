@@ -1,7 +1,7 @@
-"""A nuisance, not a cause: what dry friction changes by with the velocity that positions tell.
+"""A nuisance column: the difference between sgn(v) of the measured velocity and of the differentiated position.
 
-The sign of a noisy velocity is blurred near reversals. What a model misses there is no property of the arm; columns with
-a memory, which average the noise, would be taken for one.
+Near reversals the sign of a noisy velocity is blurred. The resulting residual is not a property of the arm, but effects with
+a memory average the noise and would be mistaken for its cause.
 """
 
 from __future__ import annotations

@@ -60,8 +60,6 @@ class Unexplained:
         )
         return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}"
 
-    looks = description  # its earlier name, which studies/open_world reads
-
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
         return {**asdict(self), "structured": self.structured}

@@ -24,7 +24,6 @@ RESIDUAL_IN_WORDS: dict[Verdict, str] = {
     "nothing_missing": "No effect of the catalogue beats chance, and the residual is noise.",
     "unexplained": "The residual has structure that no effect of the catalogue predicts on unseen data.",
 }
-REMAINS = RESIDUAL_IN_WORDS  # its earlier name, which graphics.figures.residual imports
 MAX_NAMED = 6  # causes in a sentence
 
 

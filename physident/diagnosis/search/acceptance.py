@@ -13,14 +13,14 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.physical_signs import physical_contradiction
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
 
 Array = NDArray[np.float64]
-LEAST_REDUCTION = 2.0  # % of one joint's RMS: below, a finding may be true and is of no use
-DOUBT = 1.645  # standard errors of a paired difference: the true cause is then left out of its class once in twenty
-CLOSEST = 8  # candidates that are compared block by block: a class of more is no answer
+RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
+MAX_COMPARED = 8  # candidates compared block by block: more rivals would not be a useful answer
 
 
 def choose_candidate(scores: CandidateScores) -> int | None:
@@ -30,9 +30,9 @@ def choose_candidate(scores: CandidateScores) -> int | None:
     candidates = scores.hypothesis.data.candidates
     for rank, index in enumerate(order):
         if candidates[index].placebo:
-            return None  # what comes after a placebo is worth no more than chance
+            return None  # candidates after a placebo are no better than chance
         if is_admissible(scores.hypothesis, candidates[index]):
-            return _smallest(scores, index, order[rank + 1 :][:CLOSEST])
+            return _smallest(scores, index, order[rank + 1 :][:MAX_COMPARED])
     return None
 
 
@@ -40,16 +40,16 @@ def contact_accepted(scores: CandidateScores, rival_gain: float | None) -> bool:
     """Whether the best contact meets every condition, even without its strongest joint, and explains more than the best
     other candidate, whose gain is ``rival_gain``."""
     contact = scores.contact
-    useful = min(contact.reduction, contact.joint_reduction) >= LEAST_REDUCTION
+    useful = min(contact.reduction, contact.joint_reduction) >= MIN_REDUCTION_PERCENT
     return bool(
         useful
         and contact.evidence[0] > max(scores.contact_threshold, rival_gain or 0.0)
-        and contact.gain_without_best_joint[0] > scores.contact_threshold_without_best_joint
+        and contact.evidence_without_best_joint[0] > scores.contact_threshold_without_best_joint
     )
 
 
 def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
-    """The candidate with the fewest numbers to choose among those whose gain the data cannot tell from the top's."""
+    """The candidate with the fewest parameters among those whose gain does not differ significantly from the best one's."""
     hypothesis = scores.hypothesis
     candidates = hypothesis.data.candidates
     best, weights, top_cost = top, None, np.zeros(0)
@@ -58,7 +58,7 @@ def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
         if other.size >= candidates[best].size or other.placebo:
             continue
         if weights is None:
-            weights = hypothesis.also(candidates[top], refine_shape(hypothesis, candidates[top])).fit.weights
+            weights = hypothesis.with_effect(candidates[top], refine_shape(hypothesis, candidates[top])).fit.weights
             top_cost = left_out_costs(hypothesis, candidates[top], weights)
         if not is_as_good(hypothesis, other, top_cost, weights) or not is_useful(hypothesis, other):
             continue
@@ -79,12 +79,12 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
     joints = [j - 1 for j in candidate.joints] or slice(None)
     low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
-    return low > 0 and reduction_percent(before.sum(axis=0), after.sum(axis=0)) >= LEAST_REDUCTION
+    return low > 0 and reduction_percent(before.sum(axis=0), after.sum(axis=0)) >= MIN_REDUCTION_PERCENT
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
     """What a candidate makes physically impossible, in words; None where the extended arm can exist."""
-    return physical_contradiction(hypothesis.also(candidate, refine_shape(hypothesis, candidate)))
+    return physical_contradiction(hypothesis.with_effect(candidate, refine_shape(hypothesis, candidate)))
 
 
 def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights: Array | None = None) -> Array:
@@ -99,12 +99,12 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
 def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array) -> bool:
     """Whether the loss against the left-out ``cost`` (G, n) of another candidate lies within its scatter over blocks."""
     loss = (left_out_costs(hypothesis, other, weights) - cost).sum(axis=1)
-    return bool(loss.sum() < DOUBT * standard_error(loss))
+    return bool(loss.sum() < RIVAL_STANDARD_ERRORS * standard_error(loss))
 
 
 def makes_redundant(hypothesis: Hypothesis, other: Candidate, first: Candidate, threshold: float) -> bool:
     """Whether beside ``other`` the ``first`` candidate has nothing left to add; else both act, or the first is better."""
-    beside = hypothesis.also(other, refine_shape(hypothesis, other))
+    beside = hypothesis.with_effect(other, refine_shape(hypothesis, other))
     before, after = left_out_costs(beside, None).sum(axis=0), left_out_costs(beside, first).sum(axis=0)
     independent = beside.data.regressor.counted[beside.in_folds].sum(axis=0) / beside.fit.memory
     return float(evidence_of(before[:, None], (before - after)[:, None], independent)[0]) < threshold

@@ -9,20 +9,19 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
 from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
-SURROGATES = 299  # the 99th percentile is then the third largest
-LEVEL = 0.99  # of a hundred clean arms one is accused of an effect, and one of a contact
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CandidateScores:
     """Scores of all candidates beside a hypothesis.
 
-    ``gain`` (C,): evidence on left-out rows; ``gain_without_best_fold`` (C,): the same without the fold that supports it
+    ``gain`` (C,): evidence on left-out rows; ``evidence_without_best_fold`` (C,): the same without the fold that supports it
     most; ``visible_share`` (C,) of a candidate's columns outside the baseline; ``threshold``: what the best candidate
     reaches by chance. ``contact`` is the best contact, with thresholds of its own for its evidence and for its evidence
     without its strongest joint.
@@ -30,7 +29,7 @@ class CandidateScores:
 
     hypothesis: Hypothesis
     gain: Array
-    gain_without_best_fold: Array
+    evidence_without_best_fold: Array
     visible_share: Array
     threshold: float
     contact: ContactScan
@@ -39,7 +38,7 @@ class CandidateScores:
 
     def beats_chance(self, index: int) -> bool:
         """Whether a candidate can be seen at all and beats the threshold even without its best fold."""
-        return self.visible_share[index] >= VISIBLE and self.gain_without_best_fold[index] > self.threshold
+        return self.visible_share[index] >= VISIBLE and self.evidence_without_best_fold[index] > self.threshold
 
 
 def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
@@ -49,17 +48,16 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     scores = left_out_gains(data, baseline, fit, responses)
     visible = visible_shares(data, baseline, fit.weights)
     visible[[hypothesis.problem.is_friction_of_resting_joint(c) for c in data.candidates]] = 0.0
-    stable, contact = scores.gain_without_best_fold, scan_contacts(hypothesis, responses)
+    stable, contact = scores.evidence_without_best_fold, scan_contacts(hypothesis, responses)
     return CandidateScores(
         hypothesis=hypothesis,
         gain=scores.evidence[:, 0],
-        gain_without_best_fold=stable[:, 0],
+        evidence_without_best_fold=stable[:, 0],
         visible_share=visible,
-        threshold=float(np.quantile(stable[visible >= VISIBLE].max(axis=0)[1:], LEVEL)),
+        threshold=effect_threshold(stable[:, 1:], visible),
         contact=contact,
-        # a contact may begin at any time, so it has thresholds of its own: its luckiest beginning need not beat an effect's
-        contact_threshold=float(np.quantile(contact.evidence[1:], LEVEL)),
-        contact_threshold_without_best_joint=float(np.quantile(contact.gain_without_best_joint[1:], LEVEL)),
+        contact_threshold=contact_threshold(contact.evidence[1:]),
+        contact_threshold_without_best_joint=contact_threshold(contact.evidence_without_best_joint[1:]),
     )
 
 

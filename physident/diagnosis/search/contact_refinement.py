@@ -23,7 +23,7 @@ STEADY = (np.arange(-10, 11) * 0.1, np.arange(-5, 6) * 0.01)
 def refine_contact(hypothesis: Hypothesis, effect: Contact) -> Contact:
     """The contact with its start and number of pieces where its forces explain most for their number (Schwarz, 1978); with
     one force for each push where that is enough."""
-    after = hypothesis.also(CONTACT, effect).fit  # weights by what is left beside the contact
+    after = hypothesis.with_effect(CONTACT, effect).fit  # weights by what is left beside the contact
     evaluator, ((start, end),) = GainEvaluator(hypothesis, after.weights), effect.intervals
     independent = float((len(hypothesis.data.fold) / after.memory).sum())
     pieces = max(1, round((end - start) / PIECE))

@@ -1,7 +1,7 @@
-"""Contact: a force on the tool that no other recording predicts, so that joints evaluator each other instead.
+"""Contact: a force on the tool that no other recording predicts, so each joint is tested by the force fitted to the others.
 
-In each window of half a second the force is fitted on all joints but one and gains_of_windows on that one, which sees it through its
-own row of the Jacobian. An interval is the run of windows, at most half a recording, with the largest sum.
+In each window of half a second, the force is fitted to all joints but one and scored on the remaining joint, which feels it
+through its own row of the Jacobian. An interval is the run of windows, at most half a recording, with the largest sum of gains.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ CONTACT = Candidate("contact", (), (Option(None, ()),))
 class ContactScan:
     """The best contact for each of S responses.
 
-    ``evidence`` (S,) and ``gain_without_best_joint`` (S,), what is left of it without its strongest joint. For the first
+    ``evidence`` (S,) and ``evidence_without_best_joint`` (S,), what is left of it without its strongest joint. For the first
     response: its ``effect``, the gains of its pieces ``windows`` (W, n), the ``reduction`` [%] of RMS over all joints of
     its recording, and ``joint_reduction`` [%], that of the joint it loads most, over all recordings.
     """
 
     evidence: Array
-    gain_without_best_joint: Array
+    evidence_without_best_joint: Array
     effect: Contact
     windows: Array
     reduction: float
@@ -102,7 +102,7 @@ def _residual(hypothesis: Hypothesis, responses: Array) -> Array:
 
 
 def _windows(J: Array, residual: Array, label: NDArray[np.intp]) -> Array:
-    """Gain (W, n, S) of each joint in each window by the force that all other joints tell."""
+    """Gain (W, n, S) of each joint in each window, by the force fitted to all other joints."""
     W, n = label[-1] + 1, residual.shape[1]
     edges = np.searchsorted(label, np.arange(W + 1))
     A, b = np.zeros((W, n, 3, 3)), np.zeros((W, n, 3, residual.shape[2]))

@@ -34,10 +34,12 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
     Effects of an ordinary arm that the model lacks, such as friction, are accepted from the start, until removal shows that
     they add nothing: without them the error is so large that it hides rarer effects, or makes them look like common ones.
     """
-    accepted, first = problem.missing_ordinary_effects, None
+    accepted, first = problem.missing_default_effects, None
     if accepted:
         first = score_candidates(settled_hypothesis(problem, ()))
-        progress(f"effects of every arm: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}")
+        progress(
+            f"default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
+        )
     last = None
     for _ in range(ROUNDS):
         accepted, first_of_round, last = _add_while_better(problem, accepted, progress)
@@ -100,17 +102,17 @@ def _without_redundant(
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
         # a single effect has just met the conditions, unless it was there from the start
-        proven = not rest and not any(one is ordinary for ordinary in problem.missing_ordinary_effects)
+        proven = not rest and not any(one is ordinary for ordinary in problem.missing_default_effects)
         if proven or one.candidate is CONTACT:
             continue
         hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)
-        gain = _gain_without_best_fold(hypothesis, one.candidate)
+        gain = _evidence_without_best_fold(hypothesis, one.candidate)
         if not (gain > last.threshold and is_admissible(hypothesis, one.candidate)):
             kept = rest
     return kept
 
 
-def _gain_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
+def _evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
     """A candidate's evidence without the fold that supports it most; none where it lies inside the baseline."""
     data = replace(hypothesis.data, candidates=(candidate,))
     if (
@@ -119,4 +121,4 @@ def _gain_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> flo
     ):
         return 0.0
     gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, data.response[:, :, None])
-    return float(gains.gain_without_best_fold[0, 0])
+    return float(gains.evidence_without_best_fold[0, 0])

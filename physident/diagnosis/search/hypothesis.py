@@ -27,7 +27,7 @@ STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Hypothesis:
-    """AcceptedEffect effects beside the model of a problem, and their joint fit to all rows.
+    """The accepted effects beside the model of a problem, and their joint fit to all rows.
 
     Columns that depend on a model are evaluated by ``model``; ``data`` holds the candidates that are left, ``baseline``
     the columns of the model and the accepted effects.
@@ -77,10 +77,10 @@ class Hypothesis:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance (P, P) of the extended model's theta where residuals are as independent as their memory says."""
+        """Covariance (P, P) of the extended model's theta with correlated rows counted as independent samples."""
         return self.jacobian @ pseudo_inverse(self.fit.normal) @ self.jacobian.T
 
-    def also(self, candidate: Candidate, effect: Effect) -> Hypothesis:
+    def with_effect(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""
         baseline = self.baseline.joined(self.problem.columns(effect, self.model), prior_precision(effect))
         accepted = (*self.accepted, AcceptedEffect(candidate, effect))

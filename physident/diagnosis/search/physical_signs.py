@@ -9,7 +9,9 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 
 Array = NDArray[np.float64]
 SPEEDS = 40  # of the grid on which a joint's friction must oppose its motion, up to the fastest that was recorded
-DOUBT = 3.0  # standard errors beyond the sign: what noise alone does once in 700 times is no contradiction
+SIGN_STANDARD_ERRORS = (
+    3.0  # standard errors beyond the sign: what noise alone does once in 700 times is no contradiction
+)
 
 
 def physical_contradiction(hypothesis: Hypothesis) -> str | None:
@@ -23,7 +25,7 @@ def physical_contradiction(hypothesis: Hypothesis) -> str | None:
         rows = np.zeros((len(cone.map), len(model.theta)))
         rows[:, places] = cone.map
         new = places.min() >= len(hypothesis.problem.model.theta)  # what was not there cannot have fallen
-        if _negative(hypothesis, rows, cone.offset, 0.0 if new else DOUBT):
+        if _negative(hypothesis, rows, cone.offset, 0.0 if new else SIGN_STANDARD_ERRORS):
             return f"{effect.name} would be negative"
     names = [column.joint for column in effect.columns(robot)]
     for j in {joint - 1 for joint in names}:
@@ -36,7 +38,7 @@ def physical_contradiction(hypothesis: Hypothesis) -> str | None:
         for other in model.effects:
             mine = np.array([column.joint == j + 1 for column in other.columns(robot)])
             rows.append((other.friction(robot, v) * np.sign(v)) * mine[:, None])
-        if _negative(hypothesis, np.concatenate(rows).T, np.zeros(len(v)), DOUBT):
+        if _negative(hypothesis, np.concatenate(rows).T, np.zeros(len(v)), SIGN_STANDARD_ERRORS):
             return f"friction of joint {j + 1} would drive it"
     return None
 

@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.search.acceptance import CLOSEST, contradiction, is_as_good, left_out_costs, makes_redundant
+from physident.diagnosis.search.acceptance import (
+    MAX_COMPARED,
+    contradiction,
+    is_as_good,
+    left_out_costs,
+    makes_redundant,
+)
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
@@ -41,7 +47,7 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect) -> RivalCheck:
     candidates, weights = rest.data.candidates, hypothesis.fit.weights
     accepted_candidate = next(c for c in candidates if c.key == accepted.candidate.key)
     rivals, cost = [], left_out_costs(rest, accepted_candidate, weights)
-    for index in np.argsort(-gains)[: CLOSEST + 1]:
+    for index in np.argsort(-gains)[: MAX_COMPARED + 1]:
         other = candidates[int(index)]
         # a rival must itself be evidence, and its place must be free of the effect it would replace
         if other is accepted_candidate or other.placebo or gains[index] < last.threshold:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOut:
+class LeftOutGains:
     """Squared weighted residuals in units of the noise, on rows that were left out: of the baseline, ``before`` (folds, n, S),
     and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``worth`` (n,) independent samples."""
 
@@ -35,7 +35,7 @@ class LeftOut:
         return evidence_of(self.before.sum(axis=0), self.gain.sum(axis=1), self.worth)
 
     @property
-    def gain_without_best_fold(self) -> Array:
+    def evidence_without_best_fold(self) -> Array:
         """Evidence (candidates, S) without the fold that speaks most for a candidate."""
         before, gain = self.before.sum(axis=0), self.gain.sum(axis=1)
         every = [
@@ -54,7 +54,7 @@ def evidence_of(before: Array, gain: Array, worth: Array) -> Array:
     return np.sum(worth[:, None] * np.log(np.maximum(before, 1e-300) / after), axis=-2)
 
 
-def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Array) -> LeftOut:
+def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Array) -> LeftOutGains:
     """What each candidate gains on left-out rows for responses (M, n, S).
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
@@ -70,7 +70,7 @@ def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Ar
     for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
         before[at], gain[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
     rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOut(before, gain, rows / fit.memory)
+    return LeftOutGains(before, gain, rows / fit.memory)
 
 
 def visible_shares(data: SearchData, baseline: Baseline, weights: Array) -> Array:

@@ -1,4 +1,7 @@
-"""The noise floor: what torque differs by where a motion repeats. No model that is a function of the motion gets below it."""
+"""The noise floor: the difference in torque where a motion repeats.
+
+No model that depends on the motion alone can have a smaller error.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,15 @@ from physident.dynamics.regressor import Regressor
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
-SAME = (
-    0.05  # share of RMS velocity, and of RMS position about second_rows mean: a smaller difference is the controller's
-)
+MAX_DIFFERENCE = 0.05  # of RMS velocity, and of RMS position about its mean: smaller differences are the controller's
 SHORTEST = 5.0  # s that must repeat: a slow stretch alone can be like another
 
 
 def noise_floor(regressor: Regressor, signals: Sequence[Signals], torque: Array) -> Array | None:
     """RMS (n,) [N m|N] of the filtered ``torque`` (M, n) that does not repeat with the motion; None where no motion repeats.
 
-    Two recordings, or one and itself later, whose positions and velocities agree for five seconds or more tell it: the
-    difference of their torques over the square root of two.
+    It is computed from pairs of recordings, or two parts of one, whose positions and velocities agree for at least five
+    seconds: the RMS difference of their torques over sqrt(2).
     """
     total, rows = np.zeros(torque.shape[1]), 0
     for i in range(len(signals)):
@@ -71,8 +72,8 @@ def _shift(one: Signals, other: Signals, same: bool) -> int | None:
     moving = np.minimum(size_a, size_b) > 0.1 * min(power[0][-1], power[1][-1])
     unlike = np.where(allowed & moving, size_a + size_b - 2 * cross, np.inf) / np.maximum(size_a, 1e-300)
     best = int(np.argmin(unlike))
-    if not unlike[best] <= SAME**2:
+    if not unlike[best] <= MAX_DIFFERENCE**2:
         return None
     qa, qb = one.q[first[best] : last[best]], other.q[first[best] + shifts[best] : last[best] + shifts[best]]
     spread = np.linalg.norm(qa - qa.mean(axis=0))
-    return int(shifts[best]) if np.linalg.norm(qa - qb) <= SAME * spread else None
+    return int(shifts[best]) if np.linalg.norm(qa - qb) <= MAX_DIFFERENCE * spread else None
