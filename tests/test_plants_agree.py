@@ -87,7 +87,7 @@ def test_smooth_friction_differs_by_its_two_laws_and_by_nothing_else(name: str) 
     f, speed = arm.friction, np.abs(run.v)
     peak = f.breakaway - f.coulomb
     first = (f.coulomb + peak * np.exp(-speed / f.stribeck_speed)) * run.v / np.hypot(run.v, f.width)
-    second = (f.coulomb + peak * np.exp(-((speed / f.stribeck_speed) ** 2))) * erf(run.v / f.width)
+    second = (f.coulomb + peak / np.cosh(speed / f.stribeck_speed)) * erf(run.v / f.width)
     one, other = both(arm, run)
     assert apart(one - first, other - second) < ALIKE
     turned = speed > np.maximum(8 * f.width, 5 * f.stribeck_speed)

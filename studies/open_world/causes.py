@@ -176,7 +176,7 @@ def _touch(g: Ground, _j: Joints, rng: Rng) -> dict[str, Any]:
     start = float(rng.uniform(0.15, 0.65) * g.duration)
     way = rng.standard_normal(3)
     way /= np.linalg.norm(way)
-    return {"start": start, "end": start + 0.5 * int(rng.integers(2, 7)), "direction": tuple(float(x) for x in way)}
+    return {"start": start, "end": start + float(rng.uniform(0.8, 3.2)), "direction": tuple(float(x) for x in way)}
 
 
 def _mass(share: float) -> Callable[..., float]:

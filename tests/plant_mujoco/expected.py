@@ -59,7 +59,7 @@ def sliding(run: Run) -> NDArray[np.bool_]:
 def steady_friction(arm: ArmTruth, v: Array) -> Array:
     """Steady friction (N, n) [N m] at speeds (N, n) [rad/s] away from zero."""
     f = arm.friction
-    peak = (f.breakaway - f.coulomb) / (1 + (v / f.stribeck_speed) ** 2)
+    peak = (f.breakaway - f.coulomb) / np.cosh(v / f.stribeck_speed)
     return np.sign(v) * (f.coulomb + peak) + f.viscous * v
 
 

@@ -49,7 +49,7 @@ class Friction:
     def level(self, v: Array, load: Array, warm: Array) -> Array:
         """Friction (..., n) [N m] of a joint that slides at v (..., n) [rad/s] under a load [N m], viscous part left out."""
         rare = np.maximum(self.stribeck_speed, 1e-12)
-        total = warm * (self.coulomb + (self.breakaway - self.coulomb) / (1 + np.square(v / rare)))
+        total = warm * (self.coulomb + (self.breakaway - self.coulomb) / np.cosh(np.clip(v / rare, -700, 700)))
         for row, speed in self.dips:
             total = total + row * np.exp(-np.square(v / speed))
         for row, exponent in self.powers:
