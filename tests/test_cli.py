@@ -88,3 +88,21 @@ def test_import_stays_light(code: str) -> None:
     check = f"{code}; import sys; print([m for m in {heavy} if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_diagnose_reads_files_without_header_by_the_model_s_layout(
+    ur5: pid.Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def reached(*_: object) -> None:
+        raise pid.InputError("the search began")
+
+    monkeypatch.setattr("physident.diagnosis.diagnose.search_effects", reached)
+    for seed in (1, 2):
+        _csv(_recording(ur5, seed, 0.2), tmp_path / "named.csv")
+        rows = (tmp_path / "named.csv").read_text().splitlines()[1:]
+        (tmp_path / f"{seed}.csv").write_text("\n".join(rows) + "\n")
+    layout, model = "time=0,q=1:7,dq=7:13,tau=13:19", str(tmp_path / "model.json")
+    first, second = (str(tmp_path / f"{seed}.csv") for seed in (1, 2))
+    assert run(["identify", first, "--robot", "ur5", "--columns", layout, "--out", model]) == 0
+    assert run(["diagnose", "--model", model, second]) == 2
+    assert "the search began" in capsys.readouterr().err
