@@ -74,7 +74,8 @@ def figure(key: str, rows: Sequence[Row]) -> dict[str, float]:
     chosen = choose(rows)
     if key == "value":
         chosen = [s for s in chosen if s["error"] is not None]
-    return share([bool(hit(s)) for s in chosen])
+    answers = [hit(s) for s in chosen]
+    return share([bool(answer) for answer in answers if answer is not None])  # None: this was not counted
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
@@ -141,7 +142,10 @@ def table(one: dict[str, Any]) -> str:
     if one["failed"]["percent"]:
         lines.append(f"{'failed with another error':<62}{_cell(one['failed'])}")
     lines += [f"  {count} x {reason}" for reason, count in one["reasons"].items()]
-    lines += [f"{label:<62}{_cell(one['figures'][key])}" for key, (label, _, _) in FIGURES.items()]
+    lines += [
+        f"{label:<62}{_cell(one['figures'][key]) if one['figures'][key]['n'] else 'not counted'}"
+        for key, (label, _, _) in FIGURES.items()
+    ]
     lines += ["", f"{'by what was drawn':<24}" + "".join(f"{head:>21}" for head in HEADS)]
     for name in STRATA:
         lines.append(name)
