@@ -1,7 +1,8 @@
 """The thresholds of a diagnosis: what an effect or a contact reaches by chance, and how much a finding must be worth.
 
 Chance is measured on surrogates of the residual, which have no relation to the motion. The largest score over the whole
-catalogue counts, so that many candidates do not make a finding more likely.
+catalogue counts, so that many candidates do not make a finding more likely. The conditions that use these numbers are in
+``acceptance``.
 """
 
 from __future__ import annotations
