@@ -19,6 +19,7 @@ from tests.plant_mujoco.expected import (
     rnea,
     simulated,
     sliding,
+    steady_friction,
     still,
 )
 from tests.plant_mujoco.samples import Kind, sample, sines
@@ -88,7 +89,7 @@ NAMED: dict[str, tuple[tuple[int, ...], float, dict[str, Any], Any]] = {
         (1,),
         0.5,
         {"time": 2.0},
-        lambda: _row(1, 0.5 * np.exp(-TIME / 2) * (4.0 * SIGN[:, 0] + 3.0 * SPEED[:, 0])),
+        lambda: _row(1, 0.5 * np.exp(-TIME / 2) * steady_friction(PLAIN, SPEED)[:, 0]),  # breakaway's rest included
     ),
     "coupled_friction": (
         (4, 5),
