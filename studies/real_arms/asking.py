@@ -18,7 +18,7 @@ from physident.cli import run
 HERE = Path(__file__).parent
 UR10E = ("--columns", UR10E_COLUMNS, "--drive-gains", " ".join(map(str, UR10E_GAINS)))
 UR5 = ("--drive-gains", " ".join(map(str, UR5_GAINS)), "--cutoff", "8")
-ENDS = "what remains"
+ENDS = "unexplained"  # how the rows after the findings begin
 
 
 def ask(*arguments: object) -> str:
