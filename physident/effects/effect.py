@@ -86,6 +86,7 @@ class Effect(ABC):
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
+    settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of

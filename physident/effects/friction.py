@@ -121,6 +121,7 @@ class CoulombFriction(VelocityFriction):
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
     label: ClassVar[str] = "Coulomb friction"
+    settings_by_joint: ClassVar[tuple[str, ...]] = ("smoothing",)
     dry: ClassVar[bool] = True
     signature: ClassVar[str] = "a step at each reversal"
     mistaken_for: ClassVar[str] = "load_dependent_friction: vary the load"
@@ -136,22 +137,26 @@ class CoulombFriction(VelocityFriction):
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return sign
 
-    def width(self, robot: Robot) -> Array:
+    def width(self, robot: Robot) -> Array | None:
+        if self.smoothing is None:
+            return None
         count = len(self.active(robot))
-        widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing or 0.0,)
+        widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing,)
         if len(widths) not in (1, count):
             raise InputError(f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint")
         return np.broadcast_to(np.array(widths, dtype=float), (count,))
 
-    def transition(self, robot: Robot) -> Array:
-        widths = np.zeros(robot.n)
-        widths[self.active(robot)] = self.width(robot)
+    def transition(self, robot: Robot) -> Array | None:
+        widths, own = np.zeros(robot.n), self.width(robot)
+        if own is None:
+            return None
+        widths[self.active(robot)] = own
         return widths
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
-        gains, widths = np.zeros(robot.n), np.full(robot.n, SHARPEST)
+        gains, widths = np.zeros(robot.n), np.zeros(robot.n) if (own := self.transition(robot)) is None else own
         gains[self.active(robot)] = theta
-        widths[self.active(robot)] = np.maximum(self.width(robot), SHARPEST)
+        widths = np.maximum(widths, SHARPEST)
         return f"{array_source(gains)} * np.tanh(v / {array_source(widths)})"
 
     def nominal(self, robot: Robot) -> Array:
