@@ -1,4 +1,4 @@
-"""The column layout of a recording's table, declared by its canonical header or by the user."""
+"""The column layout of a recording's table, declared by its header or by the user."""
 
 from __future__ import annotations
 
@@ -10,88 +10,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.recording import EffortKind
+from physident.recordings.channels import Channels, EffortKind
+from physident.recordings.header import CHANNELS, columns_named, columns_of_header
 
 Array = NDArray[np.float64]
-CHANNELS = ("q", "dq", "tau", "current", "temperature")
+EFFORTS = ("tau", "current", "effort")
 EXAMPLE = "time=0,q=1:7,dq=7:13,current=13:19"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Channels:
-    """The raw channels of a table, bad rows included: ``time`` (N,) [s], all others (N, n) or None, see ``Recording``."""
-
-    time: Array
-    q: Array
-    effort: Array
-    effort_kind: EffortKind
-    dq: Array | None = None
-    temperature: Array | None = None
+NAME = r"[A-Za-z][\w./ -]*(?:\[[0-9:]{1,13}\])?"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnLayout:
-    """Zero-based column numbers of a table: ``time``, and one for each joint of ``q``, ``dq``, effort, temperature."""
+    """Zero-based column numbers of a table: ``time``, and one for each joint of ``q``, ``dq``, effort, temperature.
 
-    time: int
+    ``time`` is None for rows at a known rate. ``effort_stated`` is False where the table does not state whether its effort
+    is a torque or a current, as in ROS.
+    """
+
+    time: int | None
     q: tuple[int, ...]
     effort: tuple[int, ...]
     effort_kind: EffortKind
     dq: tuple[int, ...] | None = None
     temperature: tuple[int, ...] | None = None
+    effort_stated: bool = True
 
     @staticmethod
-    def parse(text: str) -> ColumnLayout:
-        """The layout that a text declares, such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges)."""
-        if not isinstance(text, str):
-            raise InputError(f"columns: {text!r} is not understood; expected a text such as {EXAMPLE!r}")
+    def parse(
+        text: str, names: Sequence[str] | None = None, source: str = "columns", clock: bool = True
+    ) -> ColumnLayout:
+        """The layout that a text declares, such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges).
+
+        Columns may also be given by their ``names``: "time=t,q=position,tau=torque[0:6]". Without a ``clock``, no time
+        column is needed.
+        """
         found: dict[str, tuple[int, ...]] = {}
-        for part in text.split(","):
-            match = re.fullmatch(r"\s*(\w+)\s*=\s*([0-9]{1,6})(?::([0-9]{1,6}))?\s*", part)
-            if not match or match[1] not in ("time", *CHANNELS):
-                raise InputError(
-                    f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})"
-                )
-            if match[1] in found:
-                raise InputError(f"columns: {match[1]!r} is given twice; expected each channel once, as in {EXAMPLE!r}")
-            start = int(match[2])
-            stop = int(match[3]) if match[3] else start + 1
-            if stop <= start:
-                raise InputError(
-                    f"columns: {part!r} is an empty range; expected first:past-the-last, as in {EXAMPLE!r}"
-                )
-            found[match[1]] = tuple(range(start, stop))
-        return ColumnLayout._from(found, "columns")
+        for channel, value in _entries(text):
+            if re.fullmatch(NAME, value):
+                found[channel] = columns_named(names or (), value, source)
+                continue
+            start, _, stop = value.partition(":")
+            found[channel] = tuple(range(int(start), int(stop) if stop else int(start) + 1))
+        return ColumnLayout._from(found, source, clock)
 
     @staticmethod
-    def from_header(names: Sequence[str] | None, source: str) -> ColumnLayout:
-        """The layout of a canonical header ``time,q_1..q_n,dq_1..,tau_1..`` or ``current_1..``, ``temperature_1..``."""
+    def from_header(names: Sequence[str] | None, source: str, clock: bool = True) -> ColumnLayout:
+        """The layout of a header ``time,q_1..q_n,dq_1..,tau_1..`` or ``current_1..``, ``temperature_1..``, or of UR's names."""
         if names is None:
             raise InputError(f"{source}: has no header; declare its layout, for example --columns {EXAMPLE}")
-        found: dict[str, dict[int, int]] = {}
-        for index, name in enumerate(names):
-            match = re.fullmatch(rf"(time)|({'|'.join(CHANNELS)})_([0-9]{{1,4}})", name)
-            if match is None:
-                continue
-            joints, number = found.setdefault(match[1] or match[2], {}), int(match[3] or 1)
-            if number in joints:
-                raise InputError(f"{source}: column {name!r} appears twice, expected each once")
-            joints[number] = index
-        for channel, joints in found.items():
-            if sorted(joints) != list(range(1, len(joints) + 1)):
-                numbers = ", ".join(map(str, sorted(joints)))
-                raise InputError(f"{source}: {channel} is given for joints {numbers}; expected exactly 1 to n")
-        return ColumnLayout._from({k: tuple(v[j] for j in sorted(v)) for k, v in found.items()}, source)
+        return ColumnLayout._from(columns_of_header(names, source), source, clock)
 
     @staticmethod
-    def _from(found: dict[str, tuple[int, ...]], source: str) -> ColumnLayout:
-        if len(found.get("time", ())) != 1:
-            raise InputError(f"{source}: no time column; expected one named 'time' [s], or time=K in --columns")
+    def check(text: str) -> None:
+        """Raises InputError for a text that declares no layout, whatever the file."""
+        _entries(text)
+
+    @staticmethod
+    def _from(found: dict[str, tuple[int, ...]], source: str, clock: bool) -> ColumnLayout:
+        if len(found.get("time", ())) != 1 and (clock or found.get("time")):
+            raise InputError(
+                f"{source}: no time column; expected one named 'time' [s], time=K in the columns, or the rate of the rows"
+                " [Hz] (--rate)"
+            )
         if not found.get("q"):
-            raise InputError(f"{source}: no joint positions; expected columns q_1..q_n [rad], or q=A:B in --columns")
-        efforts = [name for name in ("tau", "current") if found.get(name)]
+            raise InputError(f"{source}: no joint positions; expected columns q_1..q_n [rad], or q=A:B in the columns")
+        efforts = [name for name in EFFORTS if found.get(name)]
         if len(efforts) != 1:
-            present = "both tau and current" if efforts else "neither tau nor current"
+            present = f"both {' and '.join(efforts)}" if efforts else "neither tau nor current"
             raise InputError(f"{source}: has {present}; expected one: tau_1..tau_n [N m] or current_1..current_n [A]")
         n = len(found["q"])
         for name in (*efforts, "dq", "temperature"):
@@ -102,30 +87,38 @@ class ColumnLayout:
             twice = next(number for number in numbers if numbers.count(number) > 1)
             raise InputError(f"{source}: column {twice} is in two channels; expected ranges that do not overlap")
         return ColumnLayout(
-            time=found["time"][0],
+            time=found["time"][0] if "time" in found else None,
             q=found["q"],
             effort=found[efforts[0]],
-            effort_kind="torque" if efforts[0] == "tau" else "current",
+            effort_kind="current" if efforts[0] == "current" else "torque",
             dq=found.get("dq") or None,
             temperature=found.get("temperature") or None,
+            effort_stated=efforts[0] != "effort",
         )
+
+    @property
+    def _used(self) -> set[int]:
+        time = () if self.time is None else (self.time,)
+        return {*time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ())}
 
     def check_width(self, width: int, source: str) -> None:
         """Raises InputError for a column beyond the ``width`` of the table."""
-        last = max(self.time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ()))
+        last = max(self._used)
         if last >= width:
             raise InputError(
-                f"{source}: has {width} columns, but its layout names column {last} (counted from 0); correct --columns"
+                f"{source}: has {width} columns, but its layout names column {last} (counted from 0); correct the columns"
             )
 
-    def split(self, values: Array) -> Channels:
-        """The channels of a table (N, C)."""
+    def split(self, values: Array, clock: Array | None = None) -> Channels:
+        """The channels of a table (N, C); ``clock`` (N,) [s] stands for a missing time column."""
 
         def take(numbers: tuple[int, ...] | None) -> Array | None:
             return None if numbers is None else values[:, numbers]
 
+        time = clock if self.time is None else values[:, self.time]
+        assert time is not None
         return Channels(
-            time=values[:, self.time],
+            time=time,
             q=values[:, self.q],
             effort=values[:, self.effort],
             effort_kind=self.effort_kind,
@@ -135,5 +128,23 @@ class ColumnLayout:
 
     def unused(self, names: Sequence[str] | None) -> tuple[str, ...]:
         """Names of the columns in the table's header that belong to no channel."""
-        used = {self.time, *self.q, *self.effort, *(self.dq or ()), *(self.temperature or ())}
-        return tuple(name for index, name in enumerate(names or ()) if index not in used)
+        return tuple(name for index, name in enumerate(names or ()) if index not in self._used)
+
+
+def _entries(text: str) -> list[tuple[str, str]]:
+    """Channel and columns of each entry; raises InputError for one that is not understood, empty or given twice."""
+    if not isinstance(text, str):
+        raise InputError(f"columns: {text!r} is not understood; expected a text such as {EXAMPLE!r}")
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        match = re.fullmatch(rf"\s*(\w+)\s*=\s*(?:([0-9]{{1,6}})(?::([0-9]{{1,6}}))?|{NAME})\s*", part)
+        if not match or match[1] not in ("time", *CHANNELS):
+            raise InputError(
+                f"columns: {part!r} is not understood; expected a text such as {EXAMPLE!r} ({', '.join(CHANNELS)})"
+            )
+        if match[1] in found:
+            raise InputError(f"columns: {match[1]!r} is given twice; expected each channel once, as in {EXAMPLE!r}")
+        if match[3] and int(match[3]) <= int(match[2]):
+            raise InputError(f"columns: {part!r} is an empty range; expected first:past-the-last, as in {EXAMPLE!r}")
+        found[match[1]] = part.partition("=")[2].strip()
+    return list(found.items())

@@ -13,8 +13,8 @@ from physident.errors import InputError
 from physident.excitation.motion.motion import Motion
 from physident.recordings.formats.table import Table
 from physident.recordings.layout import ColumnLayout
-from physident.recordings.recording import Recording
-from physident.recordings.rows import MIN_DURATION, recording_from_rows
+from physident.recordings.recording import Recording, recording_from_rows
+from physident.recordings.rows import MIN_DURATION
 from physident.recordings.signals import Signals
 from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate

@@ -11,7 +11,7 @@ import numpy as np
 
 from physident.errors import InputError
 from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
-from physident.recordings.layout import CHANNELS
+from physident.recordings.header import CHANNELS
 
 
 def read_npz(path: Path) -> Table:

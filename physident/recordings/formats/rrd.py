@@ -1,0 +1,62 @@
+"""Sessions for the rerun viewer that ``view`` wrote (.rrd): they keep the recordings that they show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from physident.errors import InputError
+from physident.recordings.formats.table import Table, check_size, table_of_arrays
+
+ROOT = "/recordings"  # entity of the recordings in a session, numbered from 0
+CHANNELS = ("q", "dq", "tau", "current", "effort", "temperature")
+
+
+def parts_of_rrd(path: Path) -> list[str]:
+    """The addresses of the recordings in a session: PATH#0 and so on."""
+    return [f"{path}#{k}" for k in range(len(_recordings(path)))]
+
+
+def read_rrd(path: Path, part: int | None) -> Table:
+    """The table of one recording in a session, bit by bit as it was shown; raises InputError for another file or number."""
+    found = _recordings(path)
+    if (part or 0) not in found:
+        raise InputError(f"{path}: has no recording {part}; expected 0 to {len(found) - 1}")
+    content = found[part or 0]
+    rows = len(content["time"])
+    arrays = {"time": np.asarray(content["time"], dtype=float)}
+    for channel in CHANNELS:
+        if channel in content:
+            values = np.asarray(content[channel], dtype=float)
+            if not rows or len(values) % rows:
+                raise InputError(f"{path}: recording {part} is damaged; expected a session that view wrote")
+            arrays[channel] = values.reshape(rows, -1)
+    check_size(path, rows, sum(values.size // rows for values in arrays.values()))
+    table = table_of_arrays(arrays)
+    joints = tuple(map(str, content["joints"])) if "joints" in content else None
+    return Table(table.values, table.rows, table.names, joints=joints)
+
+
+def _recordings(path: Path) -> dict[int, dict[str, Any]]:
+    """The arrays of each recording by its number; raises InputError for a file without any."""
+    from rerun.chunk import RrdReader
+
+    found: dict[int, dict[str, Any]] = {}
+    try:
+        for chunk in RrdReader(str(path)).stream():
+            place, _, number = str(chunk.entity_path).rpartition("/")
+            if place == ROOT and number.isdigit():
+                batch = chunk.to_record_batch()
+                for name, column in zip(batch.schema.names, batch.columns, strict=True):
+                    if name.split(":")[-1] in ("time", "joints", *CHANNELS):
+                        found.setdefault(int(number), {})[name.split(":")[-1]] = column[0].values.to_numpy(
+                            zero_copy_only=False
+                        )
+    except Exception as error:  # the reader is not ours and fails in kinds that it does not name
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
+        raise InputError(f"{path}: not readable as a session ({reason}); expected one that view wrote") from None
+    if not found:
+        raise InputError(f"{path}: contains no recordings; expected a session that view wrote from recordings")
+    return found
