@@ -31,15 +31,17 @@ def joint_order(names: Sequence[str], wanted: Sequence[str], source: str) -> lis
                 " a description whose joints have the names of the recording, or the topic of one arm"
             )
         if prefixes:
+            before = wanted[0].removesuffix(endings[0])
             warn(
-                f"{source}: joints are matched by the ends of their names"
-                f" ({', '.join(f'{prefixes[0]}{e} = {w}' for e, w in zip(endings, wanted, strict=True))})"
+                f"{source}: joints are matched by the ends of their names: {prefixes[0]!r} in the recording stands for"
+                f" {before!r} in the description ({prefixes[0]}{endings[0]} is {wanted[0]})"
             )
             return [list(names).index(prefixes[0] + ending) for ending in endings]
     missing = [name for name in wanted if name not in names]
     raise InputError(
         f"{source}: has no joint {', '.join(missing[:MOST_SHOWN])}; its joints are {', '.join(names[:MOST_SHOWN])}; expected"
-        " the robot's joints: choose the description of this arm, or correct the names"
+        " the robot's joints: choose the description of this arm, or declare the names in the robot's order (columns"
+        ' "joints=NAME NAME ...")'
     )
 
 

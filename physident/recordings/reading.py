@@ -17,13 +17,15 @@ class Reading:
     """How to read a recording's file; None leaves a choice to the file.
 
     ``columns`` is a column layout or its text, ``topic`` that of a bag, ``rate`` [Hz] that of rows without a clock,
-    ``joints`` the names of the joints in the order that is wanted, for files that name them.
+    ``joints`` the names of the robot's joints, for files that name theirs; ``declared_joints`` the file's names of these
+    joints, in the order of the robot, where they are others.
     """
 
     columns: str | ColumnLayout | None = None
     topic: str | None = None
     rate: float | None = None
     joints: tuple[str, ...] | None = None
+    declared_joints: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.columns, str):
@@ -31,9 +33,14 @@ class Reading:
         if self.rate is not None and not (isinstance(self.rate, int | float) and 0 < self.rate <= 1e6):
             raise InputError(f"rate is {self.rate!r}, expected the rows' frequency [Hz], above 0 and up to 1e6")
 
+    @property
+    def wanted_joints(self) -> tuple[str, ...] | None:
+        """The names in the file of the joints that are wanted, in the order of the robot; None where they are not known."""
+        return self.declared_joints or self.joints
+
     @staticmethod
     def parse(text: str) -> Reading:
-        """From a text such as "q=0:6,tau=6:12,rate=125" or "topic=/joint_states"; raises InputError for another one."""
+        """From a text such as "q=0:6,tau=6:12,rate=125" or "topic=/joint_states,joints=a b c"; raises InputError for another one."""
         if not isinstance(text, str):
             ColumnLayout.check(text)
         settings: dict[str, str] = {}
@@ -50,7 +57,7 @@ class Reading:
             columns=",".join(columns) if columns else None,
             topic=settings.get("topic"),
             rate=_rate(settings["rate"]) if "rate" in settings else None,
-            joints=tuple(settings["joints"].split()) if "joints" in settings else None,
+            declared_joints=tuple(settings["joints"].split()) if "joints" in settings else None,
         )
 
 

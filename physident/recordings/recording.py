@@ -165,6 +165,10 @@ class Recording:
             layout.split(table.values, time), source, table.rows, table.rejected, table.joints, layout.effort_stated
         )
         recording = replace(recording, ignored=layout.unused(table.names))
+        if reading.declared_joints is not None:
+            if recording.joint_names is None:
+                raise InputError(f"{source}: its joints have no names, but names are declared; expected columns in the order")
+            return replace(recording.in_order_of(reading.declared_joints), joint_names=None)
         return recording if reading.joints is None else recording.in_order_of(reading.joints)
 
     @property

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from physident.recordings.formats.rrd import ROOT
+from physident.recordings.formats.rrd import CLOCK, JOINTS, ROOT
 from physident.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def log_recordings(rec: rr.RecordingStream, recordings: Sequence[Recording]) -> 
             effort: recording.effort,
             "temperature": recording.temperature,
         }
-        values = {name: array.ravel() for name, array in channels.items() if array is not None}
-        names = {} if recording.joint_names is None else {"joints": list(recording.joint_names)}
-        rec.log(f"{ROOT}/{number}", rr.AnyValues(time=recording.time, **values, **names), static=True)
+        values: dict[str, Any] = {name: array.ravel() for name, array in channels.items() if array is not None}
+        if recording.joint_names is not None:
+            values[JOINTS] = list(recording.joint_names)
+        rec.log(f"{ROOT}/{number}", rr.AnyValues(**{CLOCK: recording.time}, **values), static=True)

@@ -43,7 +43,7 @@ FORMATS = (
         name="rosbag",
         endings=(".db3", ".mcap"),
         marks=("metadata.yaml", "*.db3", "*.mcap"),
-        options=("topic", "joints"),
+        options=("topic", "wanted_joints"),
     ),
     Format(name="lerobot", marks=("meta/info.json",), parts=True),
     Format(name="rrd", endings=(".rrd",), parts=True),

@@ -20,16 +20,16 @@ CHANNELS = ("position", "velocity", "effort")
 Messages = list[tuple[int, int, Any]]  # number in the topic from 1, time of arrival [ns], the message
 
 
-def read_rosbag(path: Path, topic: str | None = None, joints: Sequence[str] | None = None) -> Table:
+def read_rosbag(path: Path, topic: str | None = None, wanted_joints: Sequence[str] | None = None) -> Table:
     """The table of a topic of joint states: ``time, q_1.., dq_1.., effort_1..`` and the names of its joints.
 
     The clock is that of the messages' headers or, where these have none, of their arrival. Rows are numbered as the topic's
-    messages. With ``joints``, messages that lack one of them, as those of a gripper, are left out; without, all messages
+    messages. With ``wanted_joints``, messages that lack one of them, as those of a gripper, are left out; without, all messages
     must name the same ones. Raises InputError for what is no complete bag, for a topic that is missing or not the only one,
     and for messages without effort.
     """
     messages = list(_messages(path, topic))
-    names = _joints_of(messages, joints, str(path))
+    names = _joints_of(messages, wanted_joints, str(path))
     orders = _orders(messages, names)
     kept = [one for one in messages if tuple(one[2].name) in orders]
     n = len(names)

@@ -11,6 +11,7 @@ from physident.errors import InputError
 from physident.recordings.formats.table import Table, check_size, table_of_arrays
 
 ROOT = "/recordings"  # entity of the recordings in a session, numbered from 0
+CLOCK, JOINTS = "clock", "joints"
 CHANNELS = ("q", "dq", "tau", "current", "effort", "temperature")
 
 
@@ -25,8 +26,8 @@ def read_rrd(path: Path, part: int | None) -> Table:
     if (part or 0) not in found:
         raise InputError(f"{path}: has no recording {part}; expected 0 to {len(found) - 1}")
     content = found[part or 0]
-    rows = len(content["time"])
-    arrays = {"time": np.asarray(content["time"], dtype=float)}
+    rows = len(content[CLOCK])
+    arrays = {"time": np.asarray(content[CLOCK], dtype=float)}
     for channel in CHANNELS:
         if channel in content:
             values = np.asarray(content[channel], dtype=float)
@@ -35,7 +36,7 @@ def read_rrd(path: Path, part: int | None) -> Table:
             arrays[channel] = values.reshape(rows, -1)
     check_size(path, rows, sum(values.size // rows for values in arrays.values()))
     table = table_of_arrays(arrays)
-    joints = tuple(map(str, content["joints"])) if "joints" in content else None
+    joints = tuple(map(str, content[JOINTS])) if JOINTS in content else None
     return Table(table.values, table.rows, table.names, joints=joints)
 
 
@@ -50,7 +51,7 @@ def _recordings(path: Path) -> dict[int, dict[str, Any]]:
             if place == ROOT and number.isdigit():
                 batch = chunk.to_record_batch()
                 for name, column in zip(batch.schema.names, batch.columns, strict=True):
-                    if name.split(":")[-1] in ("time", "joints", *CHANNELS):
+                    if name.split(":")[-1] in (CLOCK, JOINTS, *CHANNELS):
                         found.setdefault(int(number), {})[name.split(":")[-1]] = column[0].values.to_numpy(
                             zero_copy_only=False
                         )
