@@ -167,7 +167,9 @@ class Recording:
         recording = replace(recording, ignored=layout.unused(table.names))
         if reading.declared_joints is not None:
             if recording.joint_names is None:
-                raise InputError(f"{source}: its joints have no names, but names are declared; expected columns in the order")
+                raise InputError(
+                    f"{source}: its joints have no names, but names are declared; expected columns in the order"
+                )
             return replace(recording.in_order_of(reading.declared_joints), joint_names=None)
         return recording if reading.joints is None else recording.in_order_of(reading.joints)
 
