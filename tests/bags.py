@@ -70,8 +70,11 @@ def write_states(
     return path
 
 
-def write_lerobot(folder: Path, episodes: Sequence[pid.Recording], version: str = "v3.0") -> Path:
-    """A LeRobot data set of version 3, with all episodes in one file, or of version 2.1, with one file each."""
+def write_lerobot(folder: Path, episodes: Sequence[pid.Recording], version: str = "v3.0", named: bool = True) -> Path:
+    """A LeRobot data set of version 3, with all episodes in one file, or of version 2.1, with one file each.
+
+    Not ``named``, the state has positions alone, and ``action`` is the torque.
+    """
     joints = list(UR_JOINTS)
     names = [f"{joint}.{kind}" for kind in ("pos", "vel", "effort") for joint in joints]
     tables = []
@@ -79,12 +82,13 @@ def write_lerobot(folder: Path, episodes: Sequence[pid.Recording], version: str 
     for index, one in enumerate(episodes):
         assert one.dq is not None
         count = len(one.time)
-        state = np.column_stack([one.q, one.dq, one.effort])
+        state = np.column_stack([one.q, one.dq, one.effort]) if named else one.q
+        action = one.q if named else one.effort
         tables.append(
             pa.table(
                 {
                     "observation.state": pa.FixedSizeListArray.from_arrays(state.ravel(), state.shape[1]),
-                    "action": pa.FixedSizeListArray.from_arrays(one.q.ravel(), one.n),
+                    "action": pa.FixedSizeListArray.from_arrays(action.ravel(), one.n),
                     "timestamp": one.time - one.time[0],
                     "frame_index": np.arange(count),
                     "episode_index": np.full(count, index),
@@ -111,7 +115,7 @@ def write_lerobot(folder: Path, episodes: Sequence[pid.Recording], version: str 
         "fps": 125,
         "data_path": data_path,
         "features": {
-            "observation.state": {"dtype": "float64", "shape": [len(names)], "names": names},
+            "observation.state": {"dtype": "float64", "shape": [state.shape[1]], "names": names if named else None},
             "action": {"dtype": "float64", "shape": [episodes[0].n], "names": joints},
         },
     }

@@ -79,3 +79,6 @@ def test_columns_by_name() -> None:
     layout = ColumnLayout.parse("time=t,q=x[2:4],tau=f", names)
     assert layout == ColumnLayout(time=0, q=(3, 4), effort=(5, 6), effort_kind="torque")
     assert ColumnLayout.parse("time=t,q=x[4],tau=f[0]", names).q == (7,)
+    kinova = ["Time", "Position1", "Position2", "PositionCmptd1", "PositionCmptd2", "Cur2", "Cur1"]
+    layout = ColumnLayout.parse("q=Position,current=Cur", kinova, clock=False)
+    assert layout == ColumnLayout(time=None, q=(1, 2), effort=(6, 5), effort_kind="current")

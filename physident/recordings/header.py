@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from physident.errors import InputError
 
 CHANNELS = ("q", "dq", "tau", "current", "effort", "temperature")
+NUMBER_SIGNS = ("_", "", ".", " ")  # between a name and its number
 # Universal Robots' real-time data exchange, whose columns are numbered from 0
 OTHER_NAMES = {
     "timestamp": "time",
@@ -49,23 +50,30 @@ def _add(found: dict[str, dict[int, int]], channel: str, number: int, index: int
 
 
 def columns_named(names: Sequence[str], text: str, source: str) -> tuple[int, ...]:
-    """Zero-based columns that a name declares: the column of that name, or NAME_0.. or NAME_1.. in order of their number.
+    """Zero-based columns that a name declares: the column of that name, or those of NAME and a number, in its order.
 
-    ``NAME[2:5]`` takes a range of them, counted from 0 and without its end. Raises InputError for a name without a column.
+    The number may follow directly or after a sign, as in Position1, q_1 or state.1. ``NAME[2:5]`` takes a range of these
+    columns, counted from 0 and without its end. Raises InputError for a name without a column.
     """
     match = re.fullmatch(r"(.*?)(?:\[([0-9]{1,6})(?::([0-9]{1,6}))?\])?", text)
     assert match is not None
-    numbered = {
-        int(name.rpartition("_")[2]): index
-        for index, name in enumerate(names)
-        if re.fullmatch(re.escape(match[1]) + r"_[0-9]{1,4}", name)
-    }
-    places = [numbered[k] for k in sorted(numbered)] or [index for index, name in enumerate(names) if name == match[1]]
+    places = next(filter(None, (_numbered(names, match[1], sign) for sign in NUMBER_SIGNS)), [])
+    places = places or [index for index, name in enumerate(names) if name == match[1]]
     start = int(match[2] or 0)
     stop = len(places) if match[2] is None else int(match[3] or start + 1)
     if not places or stop > len(places) or stop <= start:
-        stems = list(dict.fromkeys(re.sub(r"_[0-9]{1,4}$", "", name) for name in names))
+        stems = list(dict.fromkeys(re.sub(r"[_. ]?[0-9]{1,4}$", "", name) for name in names))
         shown = ", ".join(stems[:12]) + (f" and {len(stems) - 12} more" if len(stems) > 12 else "")
         what = f"{len(places)} columns {match[1]!r}, not {text!r}" if places else f"no column {text!r}"
         raise InputError(f"{source}: has {what}; its columns are {shown or 'without names'}; correct the columns")
     return tuple(places[start:stop])
+
+
+def _numbered(names: Sequence[str], stem: str, sign: str) -> list[int]:
+    """Index of each column whose name is the stem, the sign and a number, in order of the numbers."""
+    found = {
+        int(match[1]): index
+        for index, name in enumerate(names)
+        if (match := re.fullmatch(re.escape(stem + sign) + "([0-9]{1,4})", name))
+    }
+    return [found[number] for number in sorted(found)]

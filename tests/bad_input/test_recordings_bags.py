@@ -229,7 +229,7 @@ SETS: dict[str, tuple[Callable[[Path, dict[str, Any]], Any], str]] = {
     "too many episodes": (lambda _, info: info.update(total_episodes=10**6), "choose some by set#0"),
     "episodes in words": (lambda _, info: info.update(total_episodes="many"), "many episodes"),
     "no data": (lambda path, _: (path / "data" / "chunk-000" / "file-000.parquet").unlink(), "no data/"),
-    "an episode too many": (lambda _, info: info.update(total_episodes=2), "episode 1 cannot be read"),
+    "an episode too many": (lambda _, info: info.update(total_episodes=2), "has no episode 1"),
     "no effort": (positions_alone, "neither tau nor current"),
 }
 

@@ -6,13 +6,10 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from physident.errors import InputError
 from physident.files import read_text
-from physident.recordings.formats.parquet import table_of_columns
-from physident.recordings.formats.table import Table, check_size
+from physident.recordings.formats.parquet import read_columns, table_of_columns
+from physident.recordings.formats.table import Table
 
 MAX_BYTES = 10_000_000  # of info.json
 MAX_EPISODES = 1000
@@ -43,32 +40,31 @@ def parts_of_lerobot(path: Path) -> list[str]:
     return [f"{path}#{k}" for k in range(episodes)]
 
 
-def read_lerobot(path: Path, part: int | None) -> Table:
+def read_lerobot(path: Path, part: int | None, columns: object = None) -> Table:
     """The table of one episode of a data set (version 2 or 3): positions, velocities and efforts of ``observation.state``.
 
     What a number of the state is, its name in info.json tells: "elbow.pos", "elbow.vel", "elbow.effort"; without such an
     ending it is a position. ``observation.effort`` and the like have one number for each joint. ``action`` and all other
-    features keep their names for a declared layout. Raises InputError for what is no data set, or has no such episode.
+    features keep their names, and all do where ``columns`` are declared. Raises InputError for what is no data set, or has
+    no such episode.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
-    info = _info(path)
-    episode = part or 0
+    info, episode = _info(path), part or 0
     files = sorted(path.glob("data/**/*.parquet"))
     if not files:
         raise InputError(f"{path}: has no data/**/*.parquet; expected a complete LeRobot data set")
+    found = [read_columns(file, [(EPISODE, "==", episode)]) for file in files]
     try:
-        found = [pq.read_table(file, filters=[(EPISODE, "==", episode)], use_threads=False) for file in files]
-        table = pa.concat_tables([one for one in found if one.num_rows])
-    except (pa.ArrowException, OSError, ValueError, KeyError) as error:
-        reason = (str(error).splitlines() or [""])[0][:120]
+        rows = pa.concat_tables([columns for columns, _ in found if columns.num_rows] or [found[0][0]])
+    except pa.ArrowException:
         raise InputError(
-            f"{path}: episode {episode} cannot be read ({reason}); expected one that it contains"
+            f"{path}: the files of episode {episode} have different columns; expected the same ones"
         ) from None
-    check_size(path, table.num_rows, table.num_columns)
-    joints, columns = _columns(info, table_of_columns(table, path))
-    return Table(columns.values, columns.rows, columns.names, joints=joints)
+    if not rows.num_rows:
+        raise InputError(f"{path}: has no episode {episode} in its files; expected one that it contains")
+    table = table_of_columns(rows, path, found[0][1])
+    return table if columns is not None else _named(info, table, path)
 
 
 def _info(path: Path) -> dict[str, Any]:
@@ -85,45 +81,38 @@ def _info(path: Path) -> dict[str, Any]:
     return info
 
 
-def _columns(info: dict[str, Any], table: Table) -> tuple[tuple[str, ...] | None, Table]:
-    """The names of the joints, and the table with the names of a recording's columns."""
+def _named(info: dict[str, Any], table: Table, path: Path) -> Table:
+    """The table with the names of a recording's columns, and the names of its joints where the state has names."""
     assert table.names is not None
-    state = [k for k, name in enumerate(table.names) if re.fullmatch(r"observation\.state(_[0-9]+)?", name)]
+    names = list(table.names)
+    state = [k for k, name in enumerate(names) if re.fullmatch(r"observation\.state(_[0-9]+)?", name)]
     labels = _labels(info["features"].get("observation.state"), len(state))
-    new_names = list(table.names)
     joints: dict[str, list[str]] = {}
-    for place, label in zip(state, labels, strict=True):
+    for place, label in zip(state, labels or [""] * len(state), strict=True):
         joint, channel = _meaning(label)
         joints.setdefault(channel, []).append(joint)
-        new_names[place] = f"{channel}_{len(joints[channel])}"
+        names[place] = f"{channel}_{len(joints[channel])}"
     for k, name in enumerate(table.names):
         stem, _, number = name.rpartition("_")
         if (channel := FEATURES.get(stem)) and channel not in joints:
-            new_names[k] = f"{channel}_{number}"
-    names = joints.get("q")
-    # channels of the state belong together by the names of the joints, not by their place
-    for channel, named in joints.items():
-        if names is None or (channel != "q" and named != names):
-            raise InputError(
-                f"observation.state: {channel} is of {', '.join(named[:7])}, positions of {', '.join((names or [])[:7]) or 'none'};"
-                " expected the same joints in the same order"
-            )
-    values, clock = table.values, table.names.index("timestamp") if "timestamp" in table.names else None
-    if clock is None and isinstance(rate := info.get("fps"), int | float) and rate > 0:
-        time: NDArray[np.float64] = np.arange(len(values)) / rate
-        values, new_names = np.column_stack([values, time]), [*new_names[: values.shape[1]], "time"]
-    known = labels if names and all(re.fullmatch(r"state_[0-9]+", label) is None for label in labels) else None
-    return tuple(names) if known and names else None, Table(values, table.rows, tuple(new_names))
+            names[k] = f"{channel}_{number}"
+    positions = joints.get("q", [])
+    if wrong := next((channel for channel, named in joints.items() if named != positions), None):
+        raise InputError(
+            f"{path}: observation.state has {wrong} of {', '.join(joints[wrong][:7])}, but positions of"
+            f" {', '.join(positions[:7]) or 'none'}; expected the same joints in the same order, or declared columns"
+        )
+    return Table(table.values, table.rows, tuple(names), joints=tuple(positions) if labels and positions else None)
 
 
-def _labels(feature: Any, width: int) -> list[str]:
-    """The names of the numbers of a feature: a list, or a list in an object such as {"motors": [...]}."""
+def _labels(feature: Any, width: int) -> list[str] | None:
+    """The names of the numbers of a feature: a list, or a list in an object such as {"motors": [...]}; or None."""
     names = feature.get("names") if isinstance(feature, dict) else None
     if isinstance(names, dict):
         names = next(iter(names.values()), None)
     if isinstance(names, list) and len(names) == width and all(isinstance(name, str) for name in names):
         return names
-    return [f"state_{k}" for k in range(1, width + 1)]
+    return None
 
 
 def _meaning(label: str) -> tuple[str, str]:

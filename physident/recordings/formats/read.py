@@ -45,7 +45,7 @@ FORMATS = (
         marks=("metadata.yaml", "*.db3", "*.mcap"),
         options=("topic", "wanted_joints"),
     ),
-    Format(name="lerobot", marks=("meta/info.json",), parts=True),
+    Format(name="lerobot", marks=("meta/info.json",), options=("columns",), parts=True),
     Format(name="rrd", endings=(".rrd",), parts=True),
 )
 ENDINGS = ", ".join(ending for one in FORMATS for ending in one.endings)
