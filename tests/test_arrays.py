@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from tests.loads import SENSORS, arm, body, record
 GAINS = (10.7, 10.7, 10.7, 10.2, 10.2, 10.2)
 
 
-def arrays() -> dict[str, np.ndarray]:
+def arrays() -> dict[str, Any]:
     values = table()
     return {"time": values[:, 0], "q": values[:, 1:7], "effort": values[:, 13:], "dq": values[:, 7:13]}
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +14,9 @@ from physident.errors import InputError
 from physident.recordings.formats.table import Table, check_size, table_of_arrays
 from physident.recordings.header import CHANNELS
 
+TEXT = 128  # bytes of the header
+COMPRESSED = 15  # kind of a variable
+BLOCK = 1 << 20  # bytes
 HDF5 = b"\x89HDF\r\n\x1a\n"
 EXPECTED = "expected arrays time (N,), q (N, n), tau (N, n), saved by save('file.mat', '-v7')"
 
@@ -30,9 +36,10 @@ def read_mat(path: Path) -> Table:
             f"{path}: a MATLAB file of version 7.3, which is not read; save it again with save(..., '-v7')"
         )
     try:
-        # the sizes that the file states, before anything of these sizes is read
+        # the sizes that the file states or unpacks to, before anything of these sizes is kept
         for name, shape, _ in whosmat(str(path), appendmat=False):
             check_size(f"{path}, variable {name}", int(np.prod([float(k) for k in shape])), 1)
+        _check_unpacked(path, head)
         variables = loadmat(str(path), appendmat=False, struct_as_record=True)
     except InputError:
         raise
@@ -52,6 +59,28 @@ def read_mat(path: Path) -> Table:
         raise InputError(f"{path}: {turned[0]!r} is {arrays[turned[0]].shape}, expected ({rows}, n): transpose it")
     check_size(path, rows, sum(1 if value.ndim == 1 else value.shape[1] for value in kept.values()))
     return table_of_arrays(kept, tuple(name for name in found if name not in kept))
+
+
+def _check_unpacked(path: Path, head: bytes) -> None:
+    """Raises InputError for compressed variables that unpack to more numbers than any recording has."""
+    if not head.startswith(b"MATLAB 5.0"):
+        return  # version 4 compresses nothing
+    order = "<" if head[126:128] == b"IM" else ">"
+    size = 0
+    with path.open("rb") as stream:
+        stream.seek(TEXT)
+        while len(tag := stream.read(8)) == 8:
+            kind, length = struct.unpack(f"{order}II", tag)
+            if kind != COMPRESSED:
+                stream.seek(length, os.SEEK_CUR)
+                continue
+            unpack, left = zlib.decompressobj(), length
+            while left > 0 and (block := stream.read(min(left, BLOCK))):
+                left -= len(block)
+                while block:
+                    size += len(unpack.decompress(block, BLOCK))
+                    block = unpack.unconsumed_tail
+                    check_size(path, size // 8, 1)
 
 
 def _fields(name: str, value: Any) -> dict[str, Any]:

@@ -37,7 +37,9 @@ def read_columns(path: Path, filters: list[tuple[str, str, int]] | None = None) 
             names = [field.name for field in file.schema_arrow if _is_read(field.type)]
             others = tuple(name for name in file.schema_arrow.names if name not in names)
             check_size(path, sum(_sizes(file.metadata, names)), 1)
-        return pq.read_table(path, columns=names, filters=filters, use_threads=False, partitioning=None), others
+        # a folder named a=1 must not become a column
+        chosen = {"columns": names, "filters": filters, "use_threads": False, "partitioning": None}
+        return pq.read_table(path, **chosen), others
     except (pa.ArrowException, OSError, ValueError, KeyError) as error:
         reason = (str(error).splitlines() or [""])[0][:120]
         raise InputError(f"{path}: not readable as Parquet ({reason}); expected a table of numbers") from None
