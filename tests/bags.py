@@ -115,7 +115,11 @@ def write_lerobot(folder: Path, episodes: Sequence[pid.Recording], version: str 
         "fps": 125,
         "data_path": data_path,
         "features": {
-            "observation.state": {"dtype": "float64", "shape": [(3 if named else 1) * episodes[0].n], "names": names if named else None},
+            "observation.state": {
+                "dtype": "float64",
+                "shape": [(3 if named else 1) * episodes[0].n],
+                "names": names if named else None,
+            },
             "action": {"dtype": "float64", "shape": [episodes[0].n], "names": joints},
         },
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 import physident as pid
 from physident.recordings.recording import Recording
 from tests.bad_input.good import as_csv, table
+from tests.conftest import ROOT
 from tests.loads import SENSORS, arm, body, record
 
 GAINS = (10.7, 10.7, 10.7, 10.2, 10.2, 10.2)
@@ -194,3 +196,11 @@ def test_names_of_files_are_printable(name: bytes, tmp_path: Path, capsys: pytes
     source = pid.load_estimate(tmp_path / "m.json").sources[0].path
     assert source.isprintable()
     source.encode()  # is text
+
+
+def test_the_page_on_recordings_runs() -> None:
+    page = (ROOT / "docs" / "reference" / "recordings.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", page, flags=re.S):
+        exec(compile(block, "recordings.md", "exec"), names)
+    assert names["named"].sha256 == names["again"].sha256 == names["recording"].sha256

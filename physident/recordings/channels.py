@@ -54,3 +54,10 @@ def read_only(value: Any, name: str, source: str) -> Array:
         array = array.copy()
         array.setflags(write=False)
     return array
+
+
+def printable(text: Any) -> str:
+    """A path or a name as a text that can be printed and saved: signs that are not printable are shown by their number."""
+    return "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape", "surrogatepass").decode() for sign in str(text)
+    )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from physident.errors import InputError, warn
+from physident.recordings.channels import printable
 
 MOST_SHOWN = 14  # names in a message: two arms of seven joints
 
@@ -39,10 +40,16 @@ def joint_order(names: Sequence[str], wanted: Sequence[str], source: str) -> lis
             return [list(names).index(prefixes[0] + ending) for ending in endings]
     missing = [name for name in wanted if name not in names]
     raise InputError(
-        f"{source}: has no joint {', '.join(missing[:MOST_SHOWN])}; its joints are {', '.join(names[:MOST_SHOWN])}; expected"
+        f"{source}: has no joint {listed(missing)}; its joints are {listed(names)}; expected"
         " the robot's joints: choose the description of this arm, or declare the names in the robot's order (columns"
         ' "joints=NAME NAME ...")'
     )
+
+
+def listed(names: Iterable[str]) -> str:
+    """The first names in one line."""
+    every = [printable(name) for name in names]
+    return ", ".join(every[:MOST_SHOWN]) + (f" and {len(every) - MOST_SHOWN} more" if len(every) > MOST_SHOWN else "")
 
 
 def _prefixes(names: Sequence[str], ending: str) -> list[str]:

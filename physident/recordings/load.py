@@ -7,9 +7,9 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from physident.errors import InputError
+from physident.recordings.channels import printable
 from physident.recordings.formats.read import is_there, parts_of, read_table
 from physident.recordings.layout import ColumnLayout
 from physident.recordings.reading import Reading
@@ -95,13 +95,6 @@ def as_recordings(given: Recordings, robot: Robot, columns: str | ColumnLayout |
             " Recording.from_arrays or Recording.from_frame"
         )
     return [recording for one in listed for recording in as_recordings(one, robot, columns)]
-
-
-def printable(path: Any) -> str:
-    """A path as a text that can be printed and saved: signs that are not printable are shown by their number."""
-    return "".join(
-        sign if sign.isprintable() else sign.encode("unicode_escape", "surrogatepass").decode() for sign in str(path)
-    )
 
 
 def _reading(

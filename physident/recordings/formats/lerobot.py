@@ -10,6 +10,7 @@ from physident.errors import InputError
 from physident.files import read_text
 from physident.recordings.formats.parquet import read_columns, table_of_columns
 from physident.recordings.formats.table import Table
+from physident.recordings.joint_names import listed
 
 MAX_BYTES = 10_000_000  # of info.json
 MAX_EPISODES = 1000
@@ -99,8 +100,8 @@ def _named(info: dict[str, Any], table: Table, path: Path) -> Table:
     positions = joints.get("q", [])
     if wrong := next((channel for channel, named in joints.items() if named != positions), None):
         raise InputError(
-            f"{path}: observation.state has {wrong} of {', '.join(joints[wrong][:7])}, but positions of"
-            f" {', '.join(positions[:7]) or 'none'}; expected the same joints in the same order, or declared columns"
+            f"{path}: observation.state has {wrong} of {listed(joints[wrong])}, but positions of"
+            f" {listed(positions) or 'none'}; expected the same joints in the same order, or declared columns"
         )
     return Table(table.values, table.rows, tuple(names), joints=tuple(positions) if labels and positions else None)
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.channels import BadRow
+from physident.recordings.channels import BadRow, printable
 from physident.recordings.formats.table import MAX_CELLS, Table
-from physident.recordings.joint_names import joint_order
+from physident.recordings.joint_names import joint_order, listed
 
 Array = NDArray[np.float64]
 STATE = "sensor_msgs/msg/JointState"
@@ -58,7 +58,7 @@ def read_rosbag(path: Path, topic: str | None = None, wanted_joints: Sequence[st
         np.array([number for number, _, _ in kept])[good],
         ("time", *(f"{name}_{j}" for name in present for j in range(1, n + 1))),
         tuple(rejected),
-        joints=tuple(names),
+        joints=tuple(map(printable, names)),
     )
 
 
@@ -111,12 +111,12 @@ def _topic_of(connections: Sequence[Any], topic: str | None, path: Path) -> str:
     others = sorted({c.topic for c in connections} - set(states))
     if topic in states or (topic is None and len(states) == 1):
         return topic or states[0]
-    shown = ", ".join(states[:8]) or f"none of {STATE}, but {', '.join(others[:8]) or 'no topics at all'}"
+    shown = listed(states) or f"none of {STATE}, but {listed(others) or 'no topics at all'}"
     if topic is not None:
         what = f"topic {topic} is not of type {STATE}" if topic in others else f"has no topic {topic}"
         raise InputError(f"{path}: {what}; its topics of joint states: {shown}")
     if not states:
-        raise InputError(f"{path}: has no topic of type {STATE}, expected one; its topics: {', '.join(others[:8])}")
+        raise InputError(f"{path}: has no topic of type {STATE}, expected one; its topics: {listed(others)}")
     raise InputError(
         f"{path}: has {len(states)} topics of joint states ({shown}); expected the choice of one (--topic)"
     )
@@ -127,15 +127,13 @@ def _joints_of(messages: Messages, joints: Sequence[str] | None, source: str) ->
     groups = dict.fromkeys(tuple(message.name) for _, _, message in messages)
     for names in groups:
         if len(set(names)) < len(names) or not names:
-            raise InputError(
-                f"{source}: a message names no joint, or one twice ({', '.join(names[:7])}); expected each once"
-            )
+            raise InputError(f"{source}: a message names no joint, or one twice ({listed(names)}); expected each once")
     first, *others = groups
     every = sorted({name for names in groups for name in names})
     if joints is None:
         if any(set(names) != set(first) for names in others):
             raise InputError(
-                f"{source}: its messages name different joints in turn ({', '.join(every[:14])}); expected those of one arm:"
+                f"{source}: its messages name different joints in turn ({listed(every)}); expected those of one arm:"
                 " choose the robot (--robot, or joints=robot.joint_names)"
             )
         return first
@@ -145,7 +143,7 @@ def _joints_of(messages: Messages, joints: Sequence[str] | None, source: str) ->
     if len(arms) == 1:
         return arms.pop()
     joint_order(every, joints, source)  # raises where joints are missing or two arms have them
-    raise InputError(f"{source}: no message names all of {', '.join(joints[:14])}; expected them in one message")
+    raise InputError(f"{source}: no message names all of {listed(joints)}; expected them in one message")
 
 
 def _fitting(names: Sequence[str], joints: Sequence[str], source: str) -> list[int] | None:

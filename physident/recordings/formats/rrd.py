@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,12 @@ def read_rrd(path: Path, part: int | None) -> Table:
 
 def _recordings(path: Path) -> dict[int, dict[str, Any]]:
     """The arrays of each recording by its number; raises InputError for a file without any."""
-    from rerun.chunk import RrdReader
-
+    level = os.environ.get("RUST_LOG")
+    os.environ["RUST_LOG"] = "off"  # while it is loaded, or the library writes lines of its own about damaged files
+    try:
+        from rerun.chunk import RrdReader
+    finally:
+        os.environ.pop("RUST_LOG") if level is None else os.environ.update(RUST_LOG=level)
     found: dict[int, dict[str, Any]] = {}
     try:
         for chunk in RrdReader(str(path)).stream():
