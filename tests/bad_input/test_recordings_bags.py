@@ -84,6 +84,7 @@ BAGS: dict[str, tuple[str, Callable[[Path], Any], str]] = {
     "truncated db3": ("r.db3", one_file("sqlite3", lambda b: b[: len(b) // 2]), "not a complete ROS 2 bag"),
     "db3 cut in its header": ("r.db3", one_file("sqlite3", lambda b: b[:900]), "not a complete ROS 2 bag"),
     "mcap of zeros": ("r.mcap", one_file("mcap", lambda b: bytes(len(b))), "not a complete ROS 2 bag"),
+    "a name that is an address": ("100%.db3", one_file("sqlite3", lambda b: b), "rename it"),
     "empty db3": ("r.db3", lambda path: path.write_bytes(b""), "not a complete ROS 2 bag"),
     "db3 of other tables": ("r.db3", without_topics, "not a complete ROS 2 bag"),
     "folder with broken metadata": ("bag", no_such_folder, "not a complete ROS 2 bag"),
@@ -204,6 +205,33 @@ def test_files(case: str, folder: Path, capfd: pytest.CaptureFixture) -> None:
     name, write, says = FILES[case]
     write(folder / name)
     refused_recording(capfd, folder, name, says)
+
+
+def test_sessions_without_a_complete_recording(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    import rerun as rr
+
+    contents: dict[str, Any] = {
+        "clock": {"q": np.zeros(6)},
+        "rows": {"clock": np.arange(4.0), "q": np.zeros(6)},
+        "none": {},
+    }
+    contents |= {"words": {"clock": np.arange(4.0), "q": ["a"] * 4}}
+    says_of = dict.fromkeys(contents, "recording 0 is not complete")
+    says_of |= {"none": "contains no recordings", "words": "not readable as a session"}
+    for name, content in contents.items():
+        stream = rr.RecordingStream("physident", send_properties=False)
+        stream.save(folder / f"{name}.rrd")
+        stream.log("recordings/0" if content else "other", rr.AnyValues(**content, note="x"), static=True)
+        stream.flush()
+        stream.disconnect()
+        says = says_of[name]
+        refused_recording(capfd, folder, f"{name}.rrd", says)
+    write(folder / "good.rrd")
+    fails(capfd, folder, ["inspect", "good.rrd#3"], "has no recording 3; expected 0 to 0")
+
+
+def write(path: Path) -> None:
+    pid.view(recordings=good(), robot=pid.load_robot("ur5"), to=path)
 
 
 def lerobot(change: Callable[[Path, dict[str, Any]], Any]) -> Callable[[Path], Any]:

@@ -71,6 +71,8 @@ def _messages(path: Path, topic: str | None) -> Iterator[tuple[int, int, Any]]:
         raise InputError(
             f"{path}: reading ROS bags needs the package rosbags; install it: pip install 'physident[ros]'"
         ) from None
+    if signs := sorted(set("?%#") & set(str(path))):  # the reader puts the path into an address
+        raise InputError(f"{path}: its path contains {' '.join(signs)}, which SQLite does not take as it is; rename it")
     # the definition of JointState has not changed since ROS 2 began, so a bag without definitions is read as well
     store = get_typestore(Stores.LATEST)
     number, numbers = 0, 0

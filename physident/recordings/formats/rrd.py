@@ -6,9 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from physident.errors import InputError
+from physident.recordings.channels import printable
 from physident.recordings.formats.table import Table, check_size, table_of_arrays
 
 ROOT = "/recordings"  # entity of the recordings in a session, numbered from 0
@@ -27,17 +26,14 @@ def read_rrd(path: Path, part: int | None) -> Table:
     if (part or 0) not in found:
         raise InputError(f"{path}: has no recording {part}; expected 0 to {len(found) - 1}")
     content = found[part or 0]
-    rows = len(content[CLOCK])
-    arrays = {"time": np.asarray(content[CLOCK], dtype=float)}
-    for channel in CHANNELS:
-        if channel in content:
-            values = np.asarray(content[channel], dtype=float)
-            if not rows or len(values) % rows:
-                raise InputError(f"{path}: recording {part} is damaged; expected a session that view wrote")
-            arrays[channel] = values.reshape(rows, -1)
+    arrays = {name: content[name] for name in (CLOCK, *CHANNELS) if name in content}
+    rows = len(arrays.get(CLOCK, ()))
+    if not rows or any(len(values) % rows for values in arrays.values()):
+        raise InputError(f"{path}: recording {part or 0} is not complete; expected a session that view wrote")
+    arrays = {"time": arrays.pop(CLOCK)} | {name: values.reshape(rows, -1) for name, values in arrays.items()}
     check_size(path, rows, sum(values.size // rows for values in arrays.values()))
     table = table_of_arrays(arrays)
-    joints = tuple(map(str, content[JOINTS])) if JOINTS in content else None
+    joints = tuple(map(printable, content[JOINTS])) if JOINTS in content else None
     return Table(table.values, table.rows, table.names, joints=joints)
 
 
@@ -55,11 +51,12 @@ def _recordings(path: Path) -> dict[int, dict[str, Any]]:
             place, _, number = str(chunk.entity_path).rpartition("/")
             if place == ROOT and number.isdigit():
                 batch = chunk.to_record_batch()
-                for name, column in zip(batch.schema.names, batch.columns, strict=True):
-                    if name.split(":")[-1] in (CLOCK, JOINTS, *CHANNELS):
-                        found.setdefault(int(number), {})[name.split(":")[-1]] = column[0].values.to_numpy(
-                            zero_copy_only=False
-                        )
+                for label, column in zip(batch.schema.names, batch.columns, strict=True):
+                    name = label.split(":")[-1]
+                    if name in (CLOCK, JOINTS, *CHANNELS):
+                        values = column[0].values.to_numpy(zero_copy_only=False)
+                        kept = values if name == JOINTS else values.astype(float)
+                        found.setdefault(int(number), {})[name] = kept
     except Exception as error:  # the reader is not ours and fails in kinds that it does not name
         reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
         raise InputError(f"{path}: not readable as a session ({reason}); expected one that view wrote") from None
