@@ -63,7 +63,7 @@ def compose(
     source = first if first is not None else diagnosis
     filter, gains = (source.filter, source.drive_gains) if source is not None else (Filter(), None)
     filter = Filter(cutoff if cutoff is not None else filter.cutoff, filter.rate)
-    layout = first.layout if first is not None else diagnosis.layout if diagnosis is not None else None
+    layout = None if source is None else source.layout
     listed = as_recordings(recordings, chosen, layout)
     return SessionContent(
         chosen, tuple(r.with_default_drive_gains(gains) for r in listed), shown, diagnosis, filter=filter
