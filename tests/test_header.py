@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import physident as pid
-from physident.recordings.layout import ColumnLayout
-from physident.recordings.reading import Reading, reading_text
+from physident.recordings.columns.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading, reading_text
 from tests.bad_input.good import table
 
 RTDE = (

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import physident as pid
 from physident.cli import run
-from physident.recordings.joint_names import joint_order
+from physident.recordings.columns.joint_names import joint_order
 from tests.bags import UR_JOINTS, states, write_bag, write_states
 
 N = 300

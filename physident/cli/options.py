@@ -98,7 +98,7 @@ def filter_of(cutoff: float | None) -> Filter:
 
 def layout_of(columns: str | None, topic: str | None, rate: float | None, remembered: str | None = None) -> str | None:
     """One text of --columns, --topic and --rate; options that are not given are those that a model remembers."""
-    from physident.recordings.reading import reading_text
+    from physident.recordings.columns.reading import reading_text
 
     return reading_text(columns, topic, rate, remembered)
 

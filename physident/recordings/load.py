@@ -10,9 +10,9 @@ from pathlib import Path
 
 from physident.errors import InputError
 from physident.recordings.channels import printable
+from physident.recordings.columns.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading
 from physident.recordings.formats.read import is_there, parts_of, read_table
-from physident.recordings.layout import ColumnLayout
-from physident.recordings.reading import Reading
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from physident.errors import InputError, warn
 from physident.recordings.channels import BadRow, Channels, EffortKind, numbers, read_only
+from physident.recordings.columns.joint_names import joint_order
+from physident.recordings.columns.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading
 from physident.recordings.formats.frame import frame_of, table_of_frame
 from physident.recordings.formats.table import Table
-from physident.recordings.joint_names import joint_order
-from physident.recordings.layout import ColumnLayout
-from physident.recordings.reading import Reading
 from physident.recordings.rows import good_rows
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import Any
 
 from physident.errors import InputError
 from physident.files import read_text
+from physident.recordings.columns.joint_names import listed
 from physident.recordings.formats.parquet import read_columns, table_of_columns
 from physident.recordings.formats.table import Table
-from physident.recordings.joint_names import listed
 
 MAX_BYTES = 10_000_000  # of info.json
 MAX_EPISODES = 1000

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
+from physident.recordings.columns.header import CHANNELS
 from physident.recordings.formats.table import Table, check_size, table_of_arrays
-from physident.recordings.header import CHANNELS
 
 TEXT = 128  # bytes of the header
 COMPRESSED = 15  # kind of a variable

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from physident.errors import InputError
+from physident.recordings.columns.reading import Reading
 from physident.recordings.formats.table import Table
-from physident.recordings.reading import Reading
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.recordings.channels import BadRow, printable
+from physident.recordings.columns.joint_names import joint_order, listed
 from physident.recordings.formats.table import MAX_CELLS, Table
-from physident.recordings.joint_names import joint_order, listed
 
 Array = NDArray[np.float64]
 STATE = "sensor_msgs/msg/JointState"

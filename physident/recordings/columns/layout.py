@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.recordings.channels import Channels, EffortKind
-from physident.recordings.header import CHANNELS, columns_named, columns_of_header
+from physident.recordings.columns.header import CHANNELS, columns_named, columns_of_header
 
 Array = NDArray[np.float64]
 EFFORTS = ("tau", "current", "effort")

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 from physident.errors import InputError
-from physident.recordings.layout import ColumnLayout
+from physident.recordings.columns.layout import ColumnLayout
 
 SETTINGS = ("topic", "rate", "joints")
 
