@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -267,3 +268,14 @@ def test_data_sets(case: str, folder: Path, capfd: pytest.CaptureFixture) -> Non
     change, says = SETS[case]
     lerobot(change)(folder / "set")
     refused_recording(capfd, folder, "set", says)
+
+
+def test_a_missing_package_is_named(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    write_bag(folder / "bag", good())
+    for name in ("rosbags.rosbag2", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+    fails(capfd, folder, ["inspect", "bag"], r"needs the package rosbags.*pip install 'physident\[ros\]'")
+    with pytest.raises(pid.InputError, match="pip install pandas"):
+        good().to_pandas()
