@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 Recordings = Annotated[
     list[str],
     typer.Argument(
-        metavar="RECORDING...", help="Recordings (.csv, .csv.gz, .txt, .npz), or patterns such as runs/*.csv."
+        metavar="RECORDING...",
+        help="Recordings (.csv, .csv.gz, .txt, .npz, .parquet, .mat, .rrd; ROS 2 bags .db3, .mcap or their folder; LeRobot"
+        " data sets), or patterns such as runs/*.csv.",
     ),
 ]
 RobotOption = Annotated[
@@ -31,8 +33,16 @@ ColumnsOption = Annotated[
     typer.Option(
         "--columns",
         metavar="LAYOUT",
-        help="Columns of files without a header, counted from 0: time=0,q=1:7,dq=7:13,current=13:19.",
+        help="Columns of files without a header, counted from 0: time=0,q=1:7,dq=7:13,current=13:19; or their names:"
+        " time=t,q=position,tau=torque.",
     ),
+]
+TopicOption = Annotated[
+    str | None,
+    typer.Option("--topic", metavar="TOPIC", help="Topic of a ROS 2 bag (sensor_msgs/JointState), if it has several."),
+]
+RateOption = Annotated[
+    float | None, typer.Option("--rate", metavar="HZ", help="Rate of the rows of files without a clock [Hz].")
 ]
 GainsOption = Annotated[
     str | None,
@@ -84,6 +94,13 @@ def filter_of(cutoff: float | None) -> Filter:
     from physident.recordings.signals import Filter
 
     return Filter() if cutoff is None else Filter(cutoff)
+
+
+def layout_of(columns: str | None, topic: str | None, rate: float | None, remembered: str | None = None) -> str | None:
+    """One text of --columns, --topic and --rate; options that are not given are those that a model remembers."""
+    from physident.recordings.columns.reading import reading_text
+
+    return reading_text(columns, topic, rate, remembered)
 
 
 def names_of(text: str) -> list[str]:

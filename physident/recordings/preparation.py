@@ -12,7 +12,7 @@ from physident.errors import InputError
 from physident.recordings.motion_smoothing import SmoothedMotion, encoder_step, estimate_noise, smooth_motion
 from physident.recordings.recording import Recording
 from physident.recordings.rests import Rests, find_rests
-from physident.recordings.rows import position_jumps
+from physident.recordings.rows import position_jumps, typical_step
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
     position split the recording into segments. Raises InputError for currents without gains, a cutoff too high for the
     rate, or no segment long enough for the filter.
     """
-    step = float(np.median(np.diff(recording.time)))
+    step = typical_step(recording.time)
     rate = filter.rate or round(1 / step, 3)
     filter.taps(rate)
     parts: list[Signals] = []

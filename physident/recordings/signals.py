@@ -24,7 +24,7 @@ class Filter:
     """A linear-phase FIR low-pass and the decimation after it; torque and every regressor column pass the same one.
 
     ``cutoff`` [Hz] is where the gain is one half; ``rate`` [Hz] is the uniform clock recordings are resampled to, None
-    for the recording's own rate (from the median step of its clock).
+    for the recording's own rate (from the typical step of its clock).
     """
 
     cutoff: float = 5.0

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
 from physident.validation.predictions import Predictions, predict
 
@@ -104,11 +105,13 @@ class Gain:
         return "\n".join([*rows, f"verdict: the second model is {verdict} (RMS, every joint alike)"])
 
 
-def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted: bool = False) -> Score:
+def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = False) -> Score:
     """Score of a model on recordings, with the model's filter; raises InputError for recordings it was fitted to.
 
-    Currents without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
+    ``recordings`` are one or several recordings, paths or patterns; files are read with the model's layout. Currents
+    without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
     """
+    recordings = as_recordings(recordings, estimate.model.robot, estimate.layout)
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
@@ -138,7 +141,7 @@ def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Pre
     )
 
 
-def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_fitted: bool = False) -> Gain:
+def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: bool = False) -> Gain:
     """The gain of one model over another on recordings that neither was fitted to, both through the same filter.
 
     Raises InputError as ``validate`` does, and for models of different joints or filters.
@@ -151,6 +154,7 @@ def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_
         raise InputError(
             f"the models have {before.model.robot.n} and {after.model.robot.n} joints; expected the same robot"
         )
+    on = as_recordings(on, before.model.robot, before.layout)
     if not include_fitted:
         _refuse_fitted(before, on)
         _refuse_fitted(after, on)

@@ -13,8 +13,11 @@ from physident.cli.options import (
     CutoffOption,
     GainsOption,
     JsonOption,
+    RateOption,
     Recordings,
     RobotOption,
+    TopicOption,
+    layout_of,
     names_of,
 )
 from physident.errors import InputError
@@ -58,6 +61,8 @@ def diagnose(
         typer.Option("--recording-offsets", help="Allow the torque sensors' zero to drift between recordings."),
     ] = False,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -82,9 +87,10 @@ def diagnose(
     check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
     start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
     nominal = model is None
-    layout = start.layout if columns is None and isinstance(start, Estimate) else columns
-    loaded = read_recordings(recordings, layout, drive_gains)
-    unseen = read_recordings(holdouts, layout, drive_gains) if holdouts else []
+    layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)
+    joints = (start.model if isinstance(start, Estimate) else start).robot.joint_names
+    loaded = read_recordings(recordings, layout, drive_gains, joints=joints)
+    unseen = read_recordings(holdouts, layout, drive_gains, joints=joints) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     found = run(start, loaded, unseen, filter, seed, _print_progress, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):

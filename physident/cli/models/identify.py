@@ -12,10 +12,13 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    RateOption,
     Recordings,
     RobotOption,
+    TopicOption,
     effects_of,
     filter_of,
+    layout_of,
     robot_of,
 )
 
@@ -57,6 +60,8 @@ def identify(
         typer.Option("--total-mass", metavar="KG", help="With --method physical: mass of all moving links [kg]."),
     ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -67,9 +72,10 @@ def identify(
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out)
     arm = robot_of(robot)
-    loaded = read_recordings(recordings, columns, drive_gains)
+    layout = layout_of(columns, topic, rate)
+    loaded = read_recordings(recordings, layout, drive_gains, joints=arm.joint_names)
     with busy("identifying"):
-        estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), columns)
+        estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), layout)
     estimate.save(out)
     typer.echo(repr(estimate))
     typer.echo(f"written: {out}")

@@ -12,9 +12,12 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    RateOption,
     Recordings,
     RobotOption,
+    TopicOption,
     filter_of,
+    layout_of,
     names_of,
     robot_of,
 )
@@ -36,6 +39,8 @@ def inspect(
         ),
     ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
     plot: Annotated[
@@ -50,7 +55,8 @@ def inspect(
             "--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml"
         )
     check_outputs([*recordings, robot], plot=plot)
-    loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
+    joints = None if robot is None else robot_of(robot).joint_names
+    loaded = read_recordings(recordings, layout_of(columns, topic, rate), drive_gains, quiet=True, joints=joints)
     inspections = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
     if plot is not None:
         from physident.graphics.figures.recordings import plot_recordings
