@@ -45,7 +45,7 @@ class VelocityFriction(Effect):
 
 @dataclass(frozen=True)
 class ViscousFriction(VelocityFriction):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42)."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping."""
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
@@ -56,13 +56,16 @@ class ViscousFriction(VelocityFriction):
     def law(self, robot: Robot, v: Array) -> Array:
         return v
 
+    def nominal(self, robot: Robot) -> Array:
+        return robot.damping[self.active(robot)]
+
 
 @dataclass(frozen=True)
 class CoulombFriction(VelocityFriction):
     """tau_j = Fc_j sgn v_j with sgn v = tanh(v / smoothing); Fc in N m (thesis eq. 3.42).
 
     ``smoothing`` [rad/s] is about the noise of the velocity. Nominal: the motor's friction times the gear ratio, mean of
-    both directions, where the robot states its drives.
+    both directions, where the robot states its drives, or a simulator's dry friction.
 
     A joint with a smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint
     stick instead: the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and
@@ -90,10 +93,7 @@ class CoulombFriction(VelocityFriction):
         return smooth_sign(v, self.smoothing)
 
     def nominal(self, robot: Robot) -> Array:
-        if robot.drives is None:
-            return np.zeros(len(self.active(robot)))
-        forces = [d.gear_ratio * (d.motor_friction[0] - d.motor_friction[1]) / 2 for d in robot.drives]
-        return np.array([forces[j] for j in self.active(robot)])
+        return robot.dry_friction[self.active(robot)]
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot)) if self.presliding else 0
