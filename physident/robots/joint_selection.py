@@ -71,13 +71,17 @@ def select_joints(
     chosen = _chosen(elements, mimicked, joints, lock, source)
     positions = _positions(elements, mimicked, lock, rest or {})
     locked = tuple(
-        LockedJoint(name=name, kind=str(e.get("type")), position=positions[name], reason=_reason(name, e, mimicked, lock))
+        LockedJoint(
+            name=name, kind=str(e.get("type")), position=positions[name], reason=_reason(name, e, mimicked, lock)
+        )
         for name, e in elements.items()
         if name not in chosen
     )
     for name, (other, _, _) in mimicked.items():
         if other in chosen:
-            warn(f"{source}: {name} mimics {other}, which moves; here it stays at {positions[name]:g}, so its motion is lost")
+            warn(
+                f"{source}: {name} mimics {other}, which moves; here it stays at {positions[name]:g}, so its motion is lost"
+            )
     for one in locked:
         _fix(elements[one.name], one.position, source)
     urdf = ElementTree.tostring(root, encoding="unicode") + "\n" if locked else text
@@ -117,7 +121,9 @@ def _matching(entry: str, own: Sequence[str], elements: Mapping[str, Element], s
     if entry in own:
         return [entry]
     if entry in elements:
-        raise InputError(f"{source}: joint {entry!r} is {elements[entry].get('type')}, expected one with one coordinate")
+        raise InputError(
+            f"{source}: joint {entry!r} is {elements[entry].get('type')}, expected one with one coordinate"
+        )
     if found := [name for name in own if fnmatch.fnmatchcase(name, entry)]:
         return found
     _check_known([entry], own, "joints", source)
@@ -139,7 +145,9 @@ def _check_position(joint: Element, value: float, source: str) -> None:
         raise InputError(f"{source}: lock: joint {name!r} is {kind} and stays where it is described; expected no value")
     lower, upper = _range(joint)
     if type(value) not in (int, float) or not lower - 1e-9 <= value <= upper + 1e-9:
-        raise InputError(f"{source}: lock: {name} = {value!r}, expected a number within its limits, {lower:g} to {upper:g}")
+        raise InputError(
+            f"{source}: lock: {name} = {value!r}, expected a number within its limits, {lower:g} to {upper:g}"
+        )
 
 
 def _range(joint: Element) -> tuple[float, float]:
@@ -158,12 +166,11 @@ def _mimicked(elements: Mapping[str, Element], source: str) -> dict[str, tuple[s
         if (mimic := joint.find("mimic")) is None:
             continue
         multiplier, offset = parse_plain(mimic.get("multiplier", "1")), parse_plain(mimic.get("offset", "0"))
-        other = mimic.get("joint", "")
-        if other not in elements or not (math.isfinite(multiplier) and math.isfinite(offset)):
+        if not (math.isfinite(multiplier) and math.isfinite(offset)):
             raise InputError(
-                f"{source}: joint {name!r} mimics {other!r} with {dict(mimic.attrib)}; expected a moving joint and plain numbers"
+                f"{source}: joint {name!r} mimics another with {dict(mimic.attrib)}; expected multiplier and offset in plain digits"
             )
-        result[name] = (other, multiplier, offset)
+        result[name] = (mimic.get("joint", ""), multiplier, offset)
     return result
 
 
@@ -180,7 +187,7 @@ def _positions(
         result[name] = lock[name] if name in lock else min(max(rest.get(name, 0.0), lower), upper)
     for _ in mimicked:  # a joint may mimic one that mimics another
         for name, (other, multiplier, offset) in mimicked.items():
-            if name not in lock:
+            if name not in lock and other in result:  # hands are shipped whose fingers mimic joints of another hand
                 result[name] = multiplier * result[other] + offset
     return result
 
@@ -220,7 +227,9 @@ def _move_origin(joint: Element, position: float, source: str) -> None:
         rotation = rotation @ pin.exp3(axis * position)
     for old in joint.findall("origin"):
         joint.remove(old)
-    numbers = (" ".join(repr(float(x) + 0.0) for x in values) for values in (translation, pin.rpy.matrixToRpy(rotation)))
+    numbers = (
+        " ".join(repr(float(x) + 0.0) for x in values) for values in (translation, pin.rpy.matrixToRpy(rotation))
+    )
     joint.append(Element("origin", dict(zip(("xyz", "rpy"), numbers, strict=True))))
 
 

@@ -24,7 +24,9 @@ def pinocchio_model(description: Description, source: str, order: Sequence[str] 
 
     model = pin.Model()
     model.name = description.name
-    places = {description.root: ("", pin.SE3.Identity())}  # of each link: the joint that moves it, and where it is there
+    places = {
+        description.root: ("", pin.SE3.Identity())
+    }  # of each link: the joint that moves it, and where it is there
     moving: dict[str, UrdfJoint] = {}
     for joint in description.from_base():
         carrier, place = places[joint.parent]

@@ -44,6 +44,8 @@ def load_robot(
     options: dict[str, Any] = {"joints": chosen, "lock": lock}
     make = {"urdf": _from_urdf, "dh": _from_table, "mjcf": _from_mjcf}[found.format]
     robot = make(found, gravity, tool, options)
+    if robot.locked and joints is None and lock is None:
+        warn(f"{found.label}: locked: {robot.locked_text()}")
     for message in unphysical_links(robot):
         warn(f"{found.label}: {message}")
     return robot
@@ -52,13 +54,17 @@ def load_robot(
 def unphysical_links(robot: Robot) -> list[str]:
     """One sentence for each link whose nominal inertia is not that of a rigid body: the link and the violated condition,
     or the links of the description that have no inertial element."""
-    messages = []
+    messages, massless = [], []
     for i, joint in enumerate(robot.joints, 1):
         if not robot.link(i).any():
-            links = ", ".join(_moved_with(robot, joint.name))
-            messages.append(f"link {i} ({joint.name}): no mass, because {links} has no inertial element with one")
+            massless.append(f"{joint.name} ({', '.join(_moved_with(robot, joint.name))})")
         elif violated := violations(robot.link(i)):
             messages.append(f"link {i} ({joint.name}): {'; '.join(violated)}")
+    # MuJoCo refuses a moving body without mass: links without one are between the joints of one body
+    if massless and not (robot.origin is not None and robot.origin.format == "mjcf"):
+        messages.append(
+            f"no inertial element with a mass on the links moved by {', '.join(massless)}: they weigh nothing"
+        )
     return messages
 
 
@@ -71,17 +77,13 @@ def _moved_with(robot: Robot, joint: str) -> list[str]:
     return found
 
 
-def _from_urdf(
-    found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]
-) -> Robot:
+def _from_urdf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
     name = parse_urdf(found.text, found.label).get("name") or "robot"
     selection = select_joints(found.text, found.label, **options)
     return _robot(name, found, selection, gravity or STANDARD_GRAVITY, tool)
 
 
-def _from_mjcf(
-    found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]
-) -> Robot:
+def _from_mjcf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
     assert found.path is not None
     described = read_mjcf(found.path)
     selection = select_joints(described.urdf, found.label, **options, rest=described.rest)
@@ -143,7 +145,9 @@ def parse_locks(entries: Sequence[str]) -> dict[str, float]:
         except ValueError:
             value = math.nan
         if not name or not equals or not math.isfinite(value):
-            raise InputError(f"lock: {entry.strip()!r}, expected a joint and its position [rad|m], as finger_joint1=0.02")
+            raise InputError(
+                f"lock: {entry.strip()!r}, expected a joint and its position [rad|m], as finger_joint1=0.02"
+            )
         if name in result:
             raise InputError(f"lock: joint {name!r} is given twice, expected each joint once")
         result[name] = value

@@ -100,7 +100,11 @@ def _actuators(model: Any, joint: int) -> list[int]:
     import mujoco
 
     direct = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
-    return [a for a in range(model.nu) if int(model.actuator_trntype[a]) in direct and model.actuator_trnid[a][0] == joint]
+    return [
+        a
+        for a in range(len(model.actuator_trntype))
+        if int(model.actuator_trntype[a]) in direct and model.actuator_trnid[a][0] == joint
+    ]
 
 
 def _efforts(model: Any) -> Array:

@@ -122,7 +122,12 @@ def _hang(
             joint.set("type", "continuous")
         low, high = model.jnt_range[i] if model.jnt_limited[i] else (-1e10, 1e10)
         SubElement(
-            joint, "limit", lower=repr(float(low)), upper=repr(float(high)), velocity="0", effort=repr(float(efforts[i]))
+            joint,
+            "limit",
+            lower=repr(float(low)),
+            upper=repr(float(high)),
+            velocity="0",
+            effort=repr(float(efforts[i])),
         )
         inner = _Place(translation=-anchor)
         parent, place = child, inner

@@ -199,9 +199,7 @@ class Robot:
             math.inf if one is None else float(one) for one in data["acceleration_limit"]
         )
         read = {name: READER.read(kind, data.get(name, default), name) for name, (kind, default) in ENTRIES.items()}
-        return Robot(
-            **data | read | {"gravity": tuple(data["gravity"]), "drives": drives, "acceleration_limit": limit}
-        )
+        return Robot(**data | read | {"gravity": tuple(data["gravity"]), "drives": drives, "acceleration_limit": limit})
 
     def __repr__(self) -> str:
         rows = [f"Robot {self.name}: {self.n} joints, gravity {list(self.gravity)} m/s^2"]

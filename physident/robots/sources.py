@@ -13,14 +13,16 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Literal
-from xml.etree import ElementTree
+from xml.parsers import expat
 
 from physident.errors import InputError
 from physident.files import read_text
 from physident.robots.urdf import MAX_BYTES
 
 BUILT_IN = ("ur5", "ur10e")
-PACKAGE = "example-robot-data"  # its files come with it; robot_descriptions downloads a description when it is first used
+PACKAGE = (
+    "example-robot-data"  # its files come with it; robot_descriptions downloads a description when it is first used
+)
 PACKAGED = {  # arms of that package: the file, and the arm's joints where the robot has others
     "panda": ("panda_description/urdf/panda.urdf", ("panda_joint*",)),
     "ur3": ("ur_description/urdf/ur3_robot.urdf", None),
@@ -82,16 +84,16 @@ def _read(source: str | Path) -> RobotSource:
 
 def _root_tag(text: str) -> str | None:
     """The tag of the root element, None where the text does not begin as XML."""
-    if "<!ENTITY" in text:
-        return None
-    parser = ElementTree.XMLPullParser(events=("start",))
-    try:
-        for start in range(0, len(text), 4096):
-            parser.feed(text[start : start + 4096])
-            for _, element in parser.read_events():
-                return element.tag
-    except (ElementTree.ParseError, ValueError):
-        return None
+    tags: list[str] = []
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = lambda tag, _: tags.append(tag)
+    for start in range(0, len(text), 4096):
+        try:
+            parser.Parse(text[start : start + 4096], False)
+        except (expat.ExpatError, ValueError):
+            return tags[0] if tags else None
+        if tags:
+            return tags[0]
     return None
 
 
@@ -106,11 +108,11 @@ def _expanded(path: str) -> str:
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            text = xacro.process_file(path).toxml()
+            text = str(xacro.process_file(path).toxml())  # pyright: ignore[reportAttributeAccessIssue]
     except (Exception, SystemExit) as error:  # a xacro file runs expressions: it can fail in any way
         reason = " ".join(f"{error} {said.getvalue()}".split())[:300]
         raise InputError(
-            f"{path}: xacro cannot expand this file ({reason}); expected one whose arguments have defaults and whose included files exist"
+            f"{path}: xacro cannot expand this file ({reason}); expected one whose arguments have defaults and whose packages are found here, or the URDF that xacro writes"
         ) from None
     if len(text) > MAX_BYTES:
         raise InputError(f"{path}: expands to {len(text)} characters, expected a URDF of at most {MAX_BYTES}")
@@ -145,7 +147,9 @@ def _described(name: str) -> RobotSource | None:
         try:
             with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
                 described = importlib.import_module(f"robot_descriptions.{module}")
-            path = getattr(described, "URDF_PATH", None) or getattr(described, "MJCF_PATH", None) or described.XACRO_PATH
+            path = (
+                getattr(described, "URDF_PATH", None) or getattr(described, "MJCF_PATH", None) or described.XACRO_PATH
+            )
         except Exception as error:  # git, the network and the package raise errors of many kinds
             reason = " ".join(str(error).split())[:200]
             raise InputError(

@@ -99,7 +99,9 @@ def parse_urdf(text: str, source: str) -> Element:
     links, joints = root.findall("link"), root.findall("joint")
     for elements, kind in ((links, "links"), (joints, "joints")):
         if len(elements) > MAX_LINKS:
-            raise InputError(f"{source}: {len(elements)} {kind}, expected at most {MAX_LINKS}; leave out all but the arm")
+            raise InputError(
+                f"{source}: {len(elements)} {kind}, expected at most {MAX_LINKS}; leave out all but the arm"
+            )
     _check_names(links, source)
     _check_names(joints, source)
     _check_tree(links, joints, source)
@@ -115,12 +117,12 @@ def read_description(text: str, source: str) -> Description:
     root = parse_urdf(text, source)
     links = [_link(element, source) for element in root.findall("link")]
     joints = tuple(_joint(element, source) for element in root.findall("joint"))
-    moving = sum(joint.kind in MOVING for joint in joints)
+    moving = [joint.name for joint in joints if joint.kind in MOVING]
     if not moving:
         raise InputError(f"{source}: no moving joint, expected at least one revolute, continuous or prismatic joint")
-    if moving > MAX_JOINTS:
+    if len(moving) > MAX_JOINTS:
         raise InputError(
-            f"{source}: {moving} moving joints, expected at most {MAX_JOINTS}; pick those of one arm with --joints, or joints=[...] in Python"
+            f"{source}: {len(moving)} moving joints ({', '.join(moving[:6])}, ...), expected at most {MAX_JOINTS}; pick those of one arm with --joints, or joints=[...] in Python"
         )
     children = {joint.child for joint in joints}
     base = next(link.name for link in links if link.name not in children)
@@ -163,7 +165,7 @@ def _joint(element: Element, source: str) -> UrdfJoint:
         raise InputError(
             f"{where} is {kind!r}, expected revolute, continuous, prismatic or fixed (arms have a fixed base)"
         )
-    if element.find("mimic") is not None:
+    if kind != "fixed" and element.find("mimic") is not None:
         raise InputError(f"{where} mimics another joint; expected independent joints: lock it or drop <mimic>")
     R, p = joint_place(element, source)
     axis, limits = np.array([1.0, 0.0, 0.0]), (-math.inf, math.inf, math.inf, math.inf)
@@ -228,6 +230,10 @@ def _check_tree(links: list[Element], joints: list[Element], source: str) -> Non
         if ends[1] in parents:
             raise InputError(f"{source}: link {ends[1]!r} hangs on two joints, expected a tree: loops cannot be read")
         parents[ends[1]] = ends[0]
+    if not links:
+        raise InputError(
+            f"{source}: no link found, expected links and joints; run xacro first if this holds macros only"
+        )
     roots = [link.attrib["name"] for link in links if link.attrib["name"] not in parents]
     if len(roots) != 1:
         found = ", ".join(roots[:5]) or "none: the joints close a loop"

@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 
 from physident.cli.app import app, busy, check_outputs, read_recordings
-from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, RobotOption
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    JointsOption,
+    LockOption,
+    RobotOption,
+    ToolOption,
+    optional_robot,
+)
 from physident.errors import InputError
 
 
@@ -35,6 +44,9 @@ def view(
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show the session in a browser on this machine.")] = False,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     meshes: Annotated[
         Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages.")
     ] = None,
@@ -49,7 +61,6 @@ def view(
     from physident.graphics.session.content import compose
     from physident.graphics.session.write import check_session_path, write_session
     from physident.graphics.view import show
-    from physident.robots.load import load_robot
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
@@ -66,7 +77,7 @@ def view(
     source = next(iter(models.values()), contents)
     layout = columns if columns is not None or source is None else source.layout
     loaded = read_recordings(paths, layout, drive_gains) if paths else []
-    arm = load_robot(robot) if robot is not None else None
+    arm = optional_robot(robot, joints, lock, tool)
     content = replace(
         compose(models, loaded, contents, arm, cutoff),
         plan=plan_of(plan) if plan is not None else None,

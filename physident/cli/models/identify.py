@@ -12,8 +12,11 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
+    LockOption,
     Recordings,
     RobotOption,
+    ToolOption,
     effects_of,
     filter_of,
     robot_of,
@@ -25,6 +28,9 @@ def identify(
     recordings: Recordings,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The model to write (JSON).")],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
     ] = None,
@@ -66,7 +72,7 @@ def identify(
 
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out)
-    arm = robot_of(robot)
+    arm = robot_of(robot, joints, lock, tool)
     loaded = read_recordings(recordings, columns, drive_gains)
     with busy("identifying"):
         estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), columns)
