@@ -75,10 +75,10 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
     return result
 
 
-def described_effects(robot: Robot) -> tuple[str, ...]:
-    """Names of the effects that a robot's description gives a size beside its links: a simulator's damping, for example."""
-    stated = [name for name, kind in CATALOGUE.items() if kind.nominal is not Effect.nominal and name != "rigid_body"]
-    return tuple(name for name in stated if CATALOGUE[name]().nominal(robot).any())
+def described_effects(robot: Robot) -> tuple[Effect, ...]:
+    """The effects that a robot's description gives a size beside its links: a simulator's damping, for example."""
+    beside = [kind for name, kind in CATALOGUE.items() if name != "rigid_body"]
+    return tuple(effect for kind in beside for effect in kind.described(robot))
 
 
 def effect_class(name: str) -> Any:

@@ -70,10 +70,14 @@ class CoulombFriction(VelocityFriction):
     A joint with a smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint
     stick instead: the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and
     carries any smaller load at standstill (Dahl, "A solid friction model" (1968)). The regressor keeps the smooth sign.
+
+    ``lead`` [s] replaces v by v + lead a in the regressor: a simulator whose dry friction is a constraint that stops the
+    joint within this time changes the direction of friction before the velocity changes sign.
     """
 
     smoothing: float = SMOOTHING
     presliding: float = 0.0
+    lead: float = 0.0
 
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
@@ -88,12 +92,33 @@ class CoulombFriction(VelocityFriction):
             raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected a positive speed [rad/s]")
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
+        if not (np.isfinite(self.lead) and self.lead >= 0):
+            raise InputError(f"coulomb_friction: lead is {self.lead}, expected a time [s], or 0")
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        velocity = signals.v + self.lead * signals.a if self.lead else signals.v
+        return self.law(robot, velocity.T[self.active(robot)])
 
     def law(self, robot: Robot, v: Array) -> Array:
         return smooth_sign(v, self.smoothing)
 
     def nominal(self, robot: Robot) -> Array:
         return robot.dry_friction[self.active(robot)]
+
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """One effect for each joint with friction, as wide and as early as a simulator makes it."""
+        joints = [int(j) for j in np.flatnonzero(robot.dry_friction)]
+        widths = [float(robot.friction_width[j]) or SMOOTHING for j in joints]
+        leads = [float(robot.friction_lead[j]) for j in joints]
+        return tuple(
+            cls(joints=(j + 1,), smoothing=width, lead=lead)
+            for j, width, lead in zip(joints, widths, leads, strict=True)
+        )
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        source = super().numpy_source(robot, theta)
+        return source and source.replace("np.tanh(v /", f"np.tanh((v + {self.lead} * a) /") if self.lead else source
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot)) if self.presliding else 0

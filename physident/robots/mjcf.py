@@ -76,6 +76,7 @@ def _compiled(path: str | Path) -> Any:
 
 
 def _dynamics(model: Any, joint: int) -> JointDynamics:
+    lead, softness = _friction_softness(model, int(model.jnt_dofadr[joint]))
     dof, position = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
     actuators = _actuators(model, joint)
     geared = sum(model.actuator_gear[a][0] ** 2 * _extra(model, "actuator_armature", a) for a in actuators)
@@ -84,10 +85,27 @@ def _dynamics(model: Any, joint: int) -> JointDynamics:
         armature=float(model.dof_armature[dof] + geared),
         damping=float(np.ravel(model.dof_damping[dof])[0] + damped) * _enabled(model, "DAMPER"),
         friction=float(model.dof_frictionloss[dof]) * _enabled(model, "FRICTIONLOSS"),
+        friction_lead=lead,
+        friction_width=float(model.dof_frictionloss[dof]) * softness * lead,
         stiffness=float(np.ravel(model.jnt_stiffness[joint])[0]) * _enabled(model, "SPRING"),
         spring_position=float(model.qpos_spring[position]),
         gear=float(model.actuator_gear[actuators[0]][0]) if len(actuators) == 1 else 1.0,
     )
+
+
+def _friction_softness(model: Any, dof: int) -> tuple[float, float]:
+    """The lead 1/b [s] of MuJoCo's dry friction, and the softness R [1/(kg m^2)|1/kg] of the constraint that makes it.
+
+    The force of this constraint, whose reference acceleration is -b v, is (a + b v) / R until it saturates at frictionloss:
+    it acts against v + a / b, and has its full size where that exceeds frictionloss R / b.
+    """
+    impedance, dmax = (float(x) for x in model.dof_solimp[dof][:2])
+    time_constant, ratio = (float(x) for x in model.dof_solref[dof])
+    if time_constant > 0 and _enabled(model, "REFSAFE"):
+        time_constant = max(time_constant, 2 * float(model.opt.timestep))
+    # the other format states -stiffness and -damping
+    lead = dmax * time_constant / 2 if time_constant > 0 else -1 / ratio if ratio < 0 else 0.0
+    return lead, (1 - impedance) / impedance * float(model.dof_invweight0[dof])
 
 
 def _extra(model: Any, name: str, index: int) -> float:

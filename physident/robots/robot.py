@@ -141,6 +141,16 @@ class Robot:
         return np.array(forces or np.zeros(self.n))
 
     @property
+    def friction_lead(self) -> Array:
+        """Time (n,) [s] by which a simulator's dry friction leads the velocity, zero where none is described."""
+        return np.array([one.friction_lead for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
+    def friction_width(self) -> Array:
+        """Speed (n,) [rad/s|m/s] at which a simulator's dry friction has its full size, zero where none is described."""
+        return np.array([one.friction_width for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
     def damping(self) -> Array:
         """Described damping (n,) [N m s/rad|N s/m] of the joints, zero where none is described."""
         return np.array([one.damping for one in self.joint_dynamics or ()] or np.zeros(self.n))

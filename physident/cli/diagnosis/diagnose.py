@@ -133,7 +133,7 @@ def _described(robot: Robot, effects: str | None) -> Model:
 
     named = names_of(effects or "")
     if effects is None and robot.joint_dynamics is not None:
-        named = list(described_effects(robot))
+        return Model.nominal(robot, ["rigid_body", *described_effects(robot)])
     if effects is not None and not named:
         raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:

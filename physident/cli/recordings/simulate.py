@@ -62,15 +62,21 @@ def simulate(
 
 def _arm(model: Path | None, robot: Robot | None) -> Model:
     from physident.dynamics.model import Model
-    from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects
     from physident.estimation.estimate_file import load_estimate
 
     if (model is None) == (robot is None):
         raise InputError("which arm? expected either --model (an identified model) or --robot (a description)")
     if robot is not None:
-        return Model.nominal(robot, dict.fromkeys((*DEFAULT_EFFECTS, *described_effects(robot))))
+        return Model.nominal(robot, _simulated(robot))
     assert model is not None
     return load_estimate(model).model
+
+
+def _simulated(robot: Robot) -> dict[str, None]:
+    """Names of the effects of a simulated arm: the default ones, and those that its description states."""
+    from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects
+
+    return dict.fromkeys((*DEFAULT_EFFECTS, *(effect.name for effect in described_effects(robot))))
 
 
 def _controller(name: str) -> Controller | None:
