@@ -79,6 +79,8 @@ def _read(source: str | Path) -> RobotSource:
     if label.endswith(".xacro"):
         text = _expanded(path)
     kind: Format = "dh" if label.endswith(".toml") else "mjcf" if _root_tag(text) == "mujoco" else "urdf"
+    if kind == "mjcf" and "<!ENTITY" in text:
+        raise InputError(f"{label}: declares XML entities, which MuJoCo does not read; expected a file without them")
     return RobotSource(label=label, text=text, format=kind, path=path)
 
 
