@@ -190,7 +190,7 @@ def test_white_space_around_a_number_changes_nothing(tmp_path: Path) -> None:
 def test_a_number_in_other_digits_is_refused(tmp_path: Path, mass: str) -> None:
     path = tmp_path / "odd.urdf"
     path.write_text(TREE.replace('"3.0"', f'"{mass}"'))
-    with pytest.raises(pid.InputError, match="link 'cart': mass is .*plain digits"):
+    with pytest.raises(pid.InputError, match=r"link 'cart': mass is .*plain digits"):
         pid.load_robot(path)
 
 
