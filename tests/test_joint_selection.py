@@ -137,6 +137,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "a fixed joint": ({"joints": ["left_flange"]}, "no moving joint 'left_flange'"),
     "a floating joint": ({"joints": ["drive"]}, "'drive' is floating"),
     "no joint": ({"joints": []}, "no joints were chosen"),
+    "no name": ({"joints": " , "}, "no joints were chosen, expected some of"),
     "a joint twice": ({"joints": ["left_1", "left_*"]}, "'left_1' is chosen twice"),
     "tip before base": ({"joints": ["left_2", "left_1"]}, "'left_2' comes before 'left_1'.*base to tip"),
     "chosen and locked": ({"joints": ["left_1"], "lock": {"left_1": 0.1}}, "chosen to move and locked"),
@@ -162,7 +163,9 @@ def test_a_choice_that_cannot_be_made_is_refused(mobile: Path, case: str) -> Non
     assert len(str(refused.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("entry", ["finger", "finger=", "=0.1", "finger=open", "finger=inf", "a=1,a=2"])
+@pytest.mark.parametrize(
+    "entry", ["finger", "finger=", "=0.1", "finger=open", "finger=inf", "finger=٢", "a=1,a=2", "", ","]
+)
 def test_a_lock_that_is_no_name_and_number_is_refused(entry: str) -> None:
     with pytest.raises(pid.InputError, match="lock:"):
         parse_locks([entry])

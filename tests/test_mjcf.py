@@ -15,7 +15,9 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.effects.catalogue import described_effects
+from physident.files import naming
 from physident.recordings.signals import Signals
+from tests.bad_input.nested import leaves, replaced
 from tests.vendor_robots import MJCF_OF_ALL_KINDS, mjcf
 
 Array = np.ndarray
@@ -101,6 +103,23 @@ def test_what_a_mujoco_file_states_is_in_the_robot(tmp_path: Path) -> None:
     assert again.as_dict() == robot.as_dict()
     assert again.joint_dynamics == robot.joint_dynamics
     assert again.origin == robot.origin
+
+
+@pytest.mark.filterwarnings("ignore::physident.PhysidentWarning")
+def test_a_saved_robot_with_any_entry_replaced_loads_or_says_why(tmp_path: Path) -> None:
+    robot = pid.load_robot(saved(tmp_path, MJCF_OF_ALL_KINDS), joints="j1,s1,j2,j3", tool="tool")
+    entries = json.loads(json.dumps(robot.as_dict()))
+    del entries["urdf"]
+    refused = 0
+    for path in leaves(entries):
+        for value in (None, [], {}, "x", "a\nb", -1, 1e308, 10**400, [[1]], True, float("nan")):
+            try:
+                with naming("robot.json", "robot", "save it again"):
+                    pid.Robot.from_dict(replaced(entries, path, value) | {"urdf": robot.urdf})
+            except pid.InputError as error:
+                refused += 1
+                assert len(str(error).splitlines()) == 1
+    assert refused > 100
 
 
 def test_fingers_of_a_mujoco_file_are_locked_where_they_are_put(tmp_path: Path) -> None:
@@ -209,6 +228,13 @@ REFUSED: dict[str, tuple[str, str]] = {
     ),
     "a body without mass": (mjcf().replace('mass="1.5"', 'mass="0"'), "mass"),
     "an include": (mjcf(option='<include file="none.xml"/>'), "none.xml"),
+    "a million copies": (
+        mjcf().replace(
+            '<body name="base"',
+            '<replicate count="1000"><replicate count="1000"><body><geom size="1"/></body></replicate></replicate><body name="base"',
+        ),
+        r"makes 100\d{4} bodies",
+    ),
     "entities": ('<!DOCTYPE m [<!ENTITY a "b">]>' + mjcf(), "entities"),
 }
 

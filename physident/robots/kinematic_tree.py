@@ -84,7 +84,7 @@ def tool_position(
 
 def _checked_order(order: Sequence[str] | None, moving: dict[str, UrdfJoint], source: str) -> Sequence[str]:
     if order is not None and (len(order) != len(moving) or set(order) != set(moving)):
-        raise InputError(f"{source}: the order of joints is {', '.join(order)}; expected all of {', '.join(moving)}")
+        raise InputError(f"{source}: the order of joints is {list(order)}; expected all of {', '.join(moving)}")
     return tuple(moving) if order is None else order
 
 

@@ -18,6 +18,7 @@ from physident.robots.mjcf import read_mjcf
 from physident.robots.robot import STANDARD_GRAVITY, Origin, Robot, checked_gravity
 from physident.robots.sources import RobotSource, find_description
 from physident.robots.urdf import MOVING, parse_urdf
+from physident.robots.urdf_numbers import parse_plain
 
 
 def load_robot(
@@ -39,7 +40,7 @@ def load_robot(
     joints that are unknown or not from base to tip, too many joints, and a mass that is negative or not finite.
     """
     found = find_description(source)
-    chosen = [part.strip() for part in joints.split(",")] if isinstance(joints, str) else joints
+    chosen = [name.strip() for name in joints.split(",") if name.strip()] if isinstance(joints, str) else joints
     chosen = found.joints if chosen is None and lock is None else chosen
     options: dict[str, Any] = {"joints": chosen, "lock": lock}
     make = {"urdf": _from_urdf, "dh": _from_table, "mjcf": _from_mjcf}[found.format]
@@ -140,10 +141,7 @@ def parse_locks(entries: Sequence[str]) -> dict[str, float]:
     result: dict[str, float] = {}
     for entry in (part for text in entries for part in text.split(",") if part.strip()):
         name, equals, text = (part.strip() for part in entry.partition("="))
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
+        value = parse_plain(text)
         if not name or not equals or not math.isfinite(value):
             raise InputError(
                 f"lock: {entry.strip()!r}, expected a joint and its position [rad|m], as finger_joint1=0.02"
@@ -151,4 +149,8 @@ def parse_locks(entries: Sequence[str]) -> dict[str, float]:
         if name in result:
             raise InputError(f"lock: joint {name!r} is given twice, expected each joint once")
         result[name] = value
+    if not result:
+        raise InputError(
+            f"lock: {', '.join(map(repr, entries))}, expected a joint and its position, as finger_joint1=0.02"
+        )
     return result

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +17,11 @@ from physident.errors import InputError
 from physident.robots.drives import JointDynamics
 from physident.robots.mjcf_urdf import MjcfNames, coupled_joints, urdf_of_mjcf
 from physident.robots.urdf import MAX_LINKS
+from physident.robots.urdf_numbers import parse_plain
 
 Array = NDArray[np.float64]
 LISTED = 3  # names in a message
+COPYING = ("replicate", "composite", "flexcomp")  # elements that stand for many bodies
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +70,7 @@ def _compiled(path: str | Path) -> Any:
         raise InputError(
             f"{path}: a MuJoCo model is read by the package mujoco, which is not installed; expected pip install 'physident[mujoco]'"
         ) from None
+    _refuse_copies(path)
     try:
         return mujoco.MjModel.from_xml_path(os.fspath(path))
     except (ValueError, RuntimeError, MemoryError) as error:
@@ -73,6 +78,23 @@ def _compiled(path: str | Path) -> Any:
         raise InputError(
             f"{path}: MuJoCo cannot compile this model ({reason}); expected a model that MuJoCo opens"
         ) from None
+
+
+def _refuse_copies(path: str | Path) -> None:
+    """Raises InputError for elements that make more copies of bodies than an arm has, before MuJoCo makes them."""
+    bodies, copies = 0.0, [1.0]
+    try:
+        for event, element in ElementTree.iterparse(path, events=("start", "end")):
+            counts = element.get("count", "1").split() if element.tag in COPYING else []
+            if event == "start":
+                copies.append(copies[-1] * math.prod(max(1.0, parse_plain(count)) for count in counts))
+                bodies += copies[-1] if element.tag in ("body", *COPYING) else 0.0
+            else:
+                copies.pop()
+    except (ElementTree.ParseError, ValueError):
+        return  # MuJoCo says what it cannot read
+    if bodies > MAX_LINKS:
+        raise InputError(f"{path}: makes {bodies:.0f} bodies, expected at most {MAX_LINKS}; leave out all but the arm")
 
 
 def _dynamics(model: Any, joint: int) -> JointDynamics:
