@@ -110,16 +110,16 @@ def test_a_saved_robot_with_any_entry_replaced_loads_or_says_why(tmp_path: Path)
     robot = pid.load_robot(saved(tmp_path, MJCF_OF_ALL_KINDS), joints="j1,s1,j2,j3", tool="tool")
     entries = json.loads(json.dumps(robot.as_dict()))
     del entries["urdf"]
-    refused = 0
+    refused = []
     for path in leaves(entries):
         for value in (None, [], {}, "x", "a\nb", -1, 1e308, 10**400, [[1]], True, float("nan")):
             try:
                 with naming("robot.json", "robot", "save it again"):
                     pid.Robot.from_dict(replaced(entries, path, value) | {"urdf": robot.urdf})
             except pid.InputError as error:
-                refused += 1
-                assert len(str(error).splitlines()) == 1
-    assert refused > 100
+                refused.append(str(error))
+    assert len(refused) > 100
+    assert all(len(line.splitlines()) == 1 for line in refused)
 
 
 def test_fingers_of_a_mujoco_file_are_locked_where_they_are_put(tmp_path: Path) -> None:
@@ -233,7 +233,7 @@ REFUSED: dict[str, tuple[str, str]] = {
             '<body name="base"',
             '<replicate count="1000"><replicate count="1000"><body><geom size="1"/></body></replicate></replicate><body name="base"',
         ),
-        r"makes 100\d{4} bodies",
+        r"makes 10000\d\d bodies",
     ),
     "entities": ('<!DOCTYPE m [<!ENTITY a "b">]>' + mjcf(), "entities"),
 }

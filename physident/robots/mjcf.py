@@ -21,7 +21,8 @@ from physident.robots.urdf_numbers import parse_plain
 
 Array = NDArray[np.float64]
 LISTED = 3  # names in a message
-COPYING = ("replicate", "composite", "flexcomp")  # elements that stand for many bodies
+BODIES = ("body", "composite", "flexcomp")
+COPYING = ("replicate", "composite", "flexcomp")  # elements whose count multiplies bodies
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +89,7 @@ def _refuse_copies(path: str | Path) -> None:
             counts = element.get("count", "1").split() if element.tag in COPYING else []
             if event == "start":
                 copies.append(copies[-1] * math.prod(max(1.0, parse_plain(count)) for count in counts))
-                bodies += copies[-1] if element.tag in ("body", *COPYING) else 0.0
+                bodies += copies[-1] if element.tag in BODIES else 0.0
             else:
                 copies.pop()
     except (ElementTree.ParseError, ValueError):
