@@ -14,7 +14,6 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.effects.catalogue import described_effects
 from physident.files import naming
 from physident.recordings.signals import Signals
 from tests.bad_input.nested import leaves, replaced
@@ -55,7 +54,7 @@ def test_inverse_dynamics_are_mujoco_s(tmp_path: Path, text: str) -> None:
     path = saved(tmp_path, text)
     robot = pid.load_robot(path)
     q, v, a, torque = states(path, robot, 200)
-    model = pid.Model.nominal(robot, ["rigid_body", *described_effects(robot)])
+    model = pid.Model.described(robot)
     predicted = model.torque(Signals.of_states(q, v, a))
     slip = np.abs(v + robot.friction_lead * a) > 25 * np.maximum(robot.friction_width, 1e-9)  # tanh of that is 1
     assert slip.mean() > 0.5
@@ -69,7 +68,7 @@ def test_dry_friction_softens_at_the_speed_of_mujoco_s(tmp_path: Path) -> None:
     path = saved(tmp_path, mjcf())
     robot = pid.load_robot(path)
     q, v, a, torque = states(path, robot, 400, slow=0.01)
-    model = pid.Model.nominal(robot, ["rigid_body", *described_effects(robot)])
+    model = pid.Model.described(robot)
     rest = pid.Model.nominal(robot, ["rigid_body", "rotor_inertia", "viscous_friction"])
     signals = Signals.of_states(q, v, a)
     friction = (torque - rest.torque(signals)) / robot.dry_friction
@@ -146,6 +145,22 @@ def test_identify_keeps_plain_friction(tmp_path: Path) -> None:
     """The lead of a simulator's friction belongs to the simulation, not to an arm that is identified."""
     robot = pid.load_robot(saved(tmp_path, mjcf()))
     assert all(getattr(effect, "lead", 0.0) == 0.0 for effect in pid.Model.nominal(robot).effects)
+
+
+def test_the_model_of_a_description_is_what_the_description_states(tmp_path: Path, ur5: pid.Robot) -> None:
+    robot = pid.load_robot(saved(tmp_path, mjcf()))
+    names = {effect.name for effect in pid.Model.described(robot).effects}
+    assert names == {"rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction"}
+    assert [effect.name for effect in pid.Model.described(ur5).effects] == ["rigid_body"]  # a table is no simulation
+
+
+def test_the_exported_function_has_the_same_friction(tmp_path: Path) -> None:
+    model = pid.Model.described(pid.load_robot(saved(tmp_path, mjcf())))
+    pid.export_python(model, tmp_path / "torque.py")
+    exported: dict[str, Any] = {}
+    exec((tmp_path / "torque.py").read_text(encoding="utf-8"), exported)
+    q, v, a = np.random.default_rng(2).normal(size=(3, 50, 4)) * 0.02
+    np.testing.assert_allclose(exported["torque"](q, v, a), model.torque(Signals.of_states(q, v, a)), atol=1e-9)
 
 
 # --------------------------------------------------------------------------------------------- what a simulation gets wrong

@@ -177,12 +177,19 @@ class Robot:
         return self.nominal[10 * (number - 1) : 10 * number]
 
     def as_dict(self) -> dict[str, Any]:
-        """The whole robot as plain numbers and texts for JSON."""
+        """The whole robot as plain numbers and texts for JSON; what loading chose is left out where it chose nothing."""
         drives = (
             None
             if self.drives is None
             else [vars(drive) | {"motor_friction": list(drive.motor_friction)} for drive in self.drives]
         )
+        chosen = {
+            "joint_order": self.joint_order and list(self.joint_order),
+            "tool_frame": self.tool_frame,
+            "locked": [vars(joint) for joint in self.locked],
+            "joint_dynamics": self.joint_dynamics and [vars(one) for one in self.joint_dynamics],
+            "origin": self.origin and vars(self.origin) | {"bodies": list(self.origin.bodies)},
+        }
         return {
             "name": self.name,
             "gravity": list(self.gravity),
@@ -191,12 +198,8 @@ class Robot:
             and [limit if math.isfinite(limit) else None for limit in self.acceleration_limit],
             "tool_speed_limit": self.tool_speed_limit,
             "source": self.source,
-            "joint_order": self.joint_order and list(self.joint_order),
-            "tool_frame": self.tool_frame,
-            "locked": [vars(joint) for joint in self.locked],
-            "joint_dynamics": self.joint_dynamics and [vars(one) for one in self.joint_dynamics],
-            "origin": self.origin and vars(self.origin) | {"bodies": list(self.origin.bodies)},
             "urdf": self.urdf,
+            **{name: value for name, value in chosen.items() if value},
         }
 
     @staticmethod

@@ -129,12 +129,11 @@ def _described(robot: Robot, effects: str | None) -> Model:
     """The model of a simulation of a robot's description: rigid links, and the effects of --effects, or else those that a
     simulator's own file states."""
     from physident.dynamics.model import Model
-    from physident.effects.catalogue import described_effects
 
-    named = names_of(effects or "")
-    if effects is None and robot.joint_dynamics is not None:
-        return Model.nominal(robot, ["rigid_body", *described_effects(robot)])
-    if effects is not None and not named:
+    if effects is None:
+        return Model.described(robot)
+    named = names_of(effects)
+    if not named:
         raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:
         raise InputError(f"--effects names {', '.join(repeated)} twice; expected each effect once")
