@@ -116,6 +116,13 @@ def test_the_order_of_the_joints_is_that_of_the_names(mobile: Path) -> None:
     assert again.locked == other.locked
 
 
+def test_a_set_of_names_has_the_order_of_the_description(mobile: Path) -> None:
+    """As names of a recording are, whose columns are put in the robot's order."""
+    robot = pid.load_robot(mobile, joints={"left_3", "left_1", "left_2"})
+    assert robot.joint_names == ("left_1", "left_2", "left_3")
+    assert robot.joint_order is None
+
+
 def test_an_older_robot_file_is_read(ur5: pid.Robot) -> None:
     new = {"joint_order", "tool_frame", "locked", "joint_dynamics", "origin"}
     old = {key: value for key, value in ur5.as_dict().items() if key not in new}

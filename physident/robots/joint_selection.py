@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from difflib import get_close_matches
 from xml.etree import ElementTree
@@ -50,16 +50,17 @@ def select_joints(
     text: str,
     source: str,
     *,
-    joints: Sequence[str] | None = None,
+    joints: Sequence[str] | Set[str] | None = None,
     lock: Mapping[str, float] | None = None,
     rest: Mapping[str, float] | None = None,
 ) -> JointSelection:
     """The description with only ``joints`` moving, in their order; by default all that are driven on their own.
 
-    ``joints`` are names or patterns such as "panda_joint*". All others are locked: at their value in ``lock`` [rad|m], where
-    the joint that they mimic puts them, at their value in ``rest``, or at zero or the limit next to it. Without ``joints``,
-    floating and planar joints, joints that mimic another, and the joints that these mimic are locked. Raises InputError for
-    names that are unknown, repeated, chosen and locked at once, or in an order that is not from base to tip.
+    ``joints`` are names or patterns such as "panda_joint*"; a set of them has the description's order. All others are
+    locked: at their value in ``lock`` [rad|m], where the joint that they mimic puts them, at their value in ``rest``, or at
+    zero or the limit next to it. Without ``joints``, floating and planar joints, joints that mimic another, and the joints
+    that these mimic are locked. Raises InputError for names that are unknown, repeated, chosen and locked at once, or in an
+    order that is not from base to tip.
     """
     root = parse_urdf(text, source)
     elements = {e.attrib["name"]: e for e in root.findall("joint") if e.get("type") in (*MOVING, *CARRIERS)}
@@ -68,7 +69,9 @@ def select_joints(
         _check_known([name], elements, "lock", source)
         _check_position(elements[name], value, source)
     mimicked = _mimicked(elements, source)
-    chosen = _chosen(elements, mimicked, joints, lock, source)
+    ordered = joints is not None and not isinstance(joints, Set)
+    named = sorted(joints) if isinstance(joints, Set) else joints
+    chosen = _chosen(elements, mimicked, named, lock, source)
     positions = _positions(elements, mimicked, lock, rest or {})
     locked = tuple(
         LockedJoint(
@@ -85,7 +88,7 @@ def select_joints(
     for one in locked:
         _fix(elements[one.name], one.position, source)
     urdf = ElementTree.tostring(root, encoding="unicode") + "\n" if locked else text
-    return JointSelection(urdf=urdf, order=chosen if joints is not None else None, locked=locked)
+    return JointSelection(urdf=urdf, order=chosen if ordered else None, locked=locked)
 
 
 def _chosen(

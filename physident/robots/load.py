@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,14 +25,14 @@ def load_robot(
     source: str | Path,
     gravity: Sequence[float] | None = None,
     *,
-    joints: str | Sequence[str] | None = None,
+    joints: str | Sequence[str] | Set[str] | None = None,
     lock: Mapping[str, float] | None = None,
     tool: str | None = None,
 ) -> Robot:
     """A robot from a built-in name ("ur5", "ur10e"), a URDF or xacro file, a MuJoCo model, or a DH table (.toml).
 
     ``gravity`` (3,) [m/s^2] in the base frame replaces the description's, for an arm that is not mounted upright. ``joints``
-    picks the joints that move, by name or pattern such as "panda_joint*" and in this order; the others are fixed where
+    picks the joints that move, by name or pattern such as "panda_joint*" and in this order (a set has the description's); the others are fixed where
     ``lock`` puts them ([rad|m] by joint name), or else at zero. Without ``joints``, grippers whose fingers mimic each other
     and floating bases are fixed. ``tool`` names the link that is the tool frame. Meshes are not needed for a URDF.
 
