@@ -87,6 +87,8 @@ class Model:
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
+        stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
+        signals = replace(signals, transition=np.max(stated, axis=0)) if stated else signals
         added = self.added_inertia()
         load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a) + added.armature * signals.a
         if any(added.gravity):
@@ -107,11 +109,6 @@ class Model:
             if effect.acts_on == "measurement":
                 self._add(tau, effect, theta, referred)
         return tau.T
-
-    def _parts(self) -> list[tuple[Effect, Array]]:
-        """Each effect with its parameters (k,)."""
-        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
-        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
 
     def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
         """Add the torque of one effect to ``tau`` (n, N), segment by segment."""

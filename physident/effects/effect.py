@@ -86,6 +86,7 @@ class Effect(ABC):
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
+    dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of
     # inertia and gravity ``load``, the torque without measurement effects ``motor``, and settings as {field}
@@ -194,6 +195,10 @@ class Effect(ABC):
     def moved_to_start(self) -> tuple[Effect, float]:
         """The effect with its times moved to the start of any motion, and how long [s] that motion must last."""
         return self, 0.0
+
+    def transition(self, robot: Robot) -> Array | None:
+        """Speeds (n,) [rad/s|m/s] over which it lets the sign of dry friction turn; None where it says nothing of it."""
+        return None
 
     def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
         """The lowest cutoff [Hz] of the common filter that lets its torque pass; 0 where any cutoff will do."""

@@ -19,9 +19,11 @@ from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robus
 from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
+from physident.estimation.rest_rows import row_weights
 from physident.estimation.robust import robust_least_squares
-from physident.estimation.shape_parameters import settle
+from physident.estimation.shape_parameters import quick_fit, settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
+from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.preparation import prepare
@@ -59,6 +61,9 @@ def identify(
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
+    if not isinstance(estimator, OLS):
+        theta = quick_fit(robot, settled, regressor)
+        regressor = weight_rows(regressor, row_weights(robot, settled, regressor, theta, signals, filter))
     estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return with_shape_uncertainty(estimate, regressor, sensitivities)
