@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.recordings.signals import Filter
@@ -26,7 +26,30 @@ Recordings = Annotated[
 ]
 RobotOption = Annotated[
     str | None,
-    typer.Option("--robot", metavar="NAME|FILE", help="A built-in robot (ur5), a URDF file or a DH table (.toml)."),
+    typer.Option(
+        "--robot",
+        metavar="NAME|FILE",
+        help="A built-in robot (ur5, ur10e), a URDF, xacro or MuJoCo file, or a DH table (.toml).",
+    ),
+]
+JointsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--joints",
+        metavar="NAMES",
+        help="With --robot: the arm's joints from base to tip, by names or patterns: panda_joint1,panda_joint2 or 'panda_joint*'.",
+    ),
+]
+LockOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--lock",
+        metavar="NAME=VALUE",
+        help="With --robot: a joint that does not move and its position [rad|m], as finger_joint1=0.02; repeat for several.",
+    ),
+]
+ToolOption = Annotated[
+    str | None, typer.Option("--tool", metavar="LINK", help="With --robot: the link that is the tool frame.")
 ]
 ColumnsOption = Annotated[
     str | None,
@@ -80,13 +103,36 @@ IncludeFittedOption = Annotated[
 ]
 
 
-def robot_of(option: str | None) -> Robot:
-    """The robot of --robot; raises InputError without that option."""
-    from physident.robots.load import load_robot
+def robot_of(
+    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+) -> Robot:
+    """The robot of --robot, with --joints, --lock and --tool; raises InputError without --robot.
 
+    Warns of the joints that were locked.
+    """
+    robot = optional_robot(option, joints, lock, tool)
+    if robot is None:
+        raise InputError(
+            "no robot given, expected --robot with a built-in name (ur5, ur10e), a .urdf, a MuJoCo .xml or a .toml"
+        )
+    return robot
+
+
+def optional_robot(
+    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+) -> Robot | None:
+    """The robot of --robot, None without it; raises InputError for --joints, --lock or --tool without --robot."""
+    from physident.robots.load import load_robot, parse_locks
+
+    given = {"--joints": joints, "--lock": lock, "--tool": tool}
     if option is None:
-        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
-    return load_robot(option)
+        if lonely := [name for name, value in given.items() if value]:
+            raise InputError(f"{lonely[0]} was given without --robot, expected both: a model has its joints")
+        return None
+    robot = load_robot(option, joints=joints, lock=parse_locks(lock) if lock else None, tool=tool)
+    if robot.locked and (joints is not None or lock):
+        warn(f"{robot.source}: locked: {robot.locked_text()}")
+    return robot
 
 
 def filter_of(cutoff: float | None) -> Filter:

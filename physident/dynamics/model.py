@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
-from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
+from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects, effect_from_dict, make_effects
 from physident.effects.effect import AddedInertia, Column, Effect
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -46,6 +46,12 @@ class Model:
         """The model with the parameters of the robot's description, zero where the description has none."""
         effects = make_effects(effects)
         return Model(robot, effects, np.concatenate([effect.nominal(robot) for effect in effects]))
+
+    @staticmethod
+    def described(robot: Robot) -> Model:
+        """The model of a simulation from the robot's description: rigid links, and what a simulator's file adds to them."""
+        added = described_effects(robot) if robot.joint_dynamics is not None else ()
+        return Model.nominal(robot, ["rigid_body", *added])
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -134,6 +134,12 @@ class Effect(ABC):
         """Parameters (k,) that the robot's description states; zero where it states none."""
         return np.zeros(len(self.columns(robot)))
 
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """The effect as the robot's description states it; none where the description gives it no size."""
+        overridden = cls.nominal is not Effect.nominal
+        return (cls(),) if overridden and cls().nominal(robot).any() else ()
+
     # what is physically possible
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:

@@ -32,6 +32,9 @@ class JointSpring(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.q.T[self.active(robot)]
 
+    def nominal(self, robot: Robot) -> Array:
+        return robot.spring_stiffness[self.active(robot)]
+
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -88,7 +88,7 @@ class VelocityFriction(Effect):
 
 @dataclass(frozen=True)
 class ViscousFriction(VelocityFriction):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42)."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping."""
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
@@ -99,6 +99,9 @@ class ViscousFriction(VelocityFriction):
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return v
 
+    def nominal(self, robot: Robot) -> Array:
+        return robot.damping[self.active(robot)]
+
 
 @dataclass(frozen=True)
 class CoulombFriction(VelocityFriction):
@@ -108,15 +111,19 @@ class CoulombFriction(VelocityFriction):
     sign after. ``smoothing`` [rad/s], one value or one a joint, is the width over which the arm's own friction turns, zero
     where it is dry; None lets ``identify`` find it, and is dry elsewhere. Of single states sgn v is tanh(v / smoothing), of at
     least 0.001 rad/s. Nominal: the motor's friction times the gear ratio, mean of both directions, where the robot states its
-    drives.
+    drives, or a simulator's dry friction.
 
     A simulated joint sticks: its torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after the distance
     ``presliding`` [rad|m] and carries any smaller load at standstill (Dahl, "A solid friction model" (1968)). With zero it
     follows the sign, and creeps under a constant load.
+
+    ``lead`` [s] takes the sign of v + lead a: a simulator whose dry friction is a constraint that stops the joint within this
+    time turns the friction before the velocity changes sign.
     """
 
     smoothing: float | tuple[float, ...] | None = None
     presliding: float = PRESLIDING
+    lead: float = 0.0
 
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
@@ -130,9 +137,17 @@ class CoulombFriction(VelocityFriction):
         super().__post_init__()
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing or 0.0,)
         if not (np.isfinite(widths).all() and min(widths) >= 0):
-            raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s] of zero or more")
+            raise InputError(
+                f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s] of zero or more"
+            )
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
+        if not (np.isfinite(self.lead) and self.lead >= 0):
+            raise InputError(f"coulomb_friction: lead is {self.lead}, expected a time [s], or 0")
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        led = replace(signals, v=signals.v + self.lead * signals.a) if self.lead else signals
+        return super().values(robot, led)
 
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return sign
@@ -143,7 +158,9 @@ class CoulombFriction(VelocityFriction):
         count = len(self.active(robot))
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing,)
         if len(widths) not in (1, count):
-            raise InputError(f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint")
+            raise InputError(
+                f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint"
+            )
         return np.broadcast_to(np.array(widths, dtype=float), (count,))
 
     def transition(self, robot: Robot) -> Array | None:
@@ -157,13 +174,22 @@ class CoulombFriction(VelocityFriction):
         gains, widths = np.zeros(robot.n), np.zeros(robot.n) if (own := self.transition(robot)) is None else own
         gains[self.active(robot)] = theta
         widths = np.maximum(widths, SHARPEST)
-        return f"{array_source(gains)} * np.tanh(v / {array_source(widths)})"
+        velocity = f"(v + {self.lead!r} * a)" if self.lead else "v"
+        return f"{array_source(gains)} * np.tanh({velocity} / {array_source(widths)})"
 
     def nominal(self, robot: Robot) -> Array:
-        if robot.drives is None:
-            return np.zeros(len(self.active(robot)))
-        forces = [d.gear_ratio * (d.motor_friction[0] - d.motor_friction[1]) / 2 for d in robot.drives]
-        return np.array([forces[j] for j in self.active(robot)])
+        return robot.dry_friction[self.active(robot)]
+
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """One effect for each joint with friction, as wide and as early as a simulator makes it."""
+        joints = [int(j) for j in np.flatnonzero(robot.dry_friction)]
+        widths = [float(robot.friction_width[j]) for j in joints]
+        leads = [float(robot.friction_lead[j]) for j in joints]
+        return tuple(
+            cls(joints=(j + 1,), smoothing=width, lead=lead)
+            for j, width, lead in zip(joints, widths, leads, strict=True)
+        )
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot)) if self.presliding else 0

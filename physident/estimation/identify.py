@@ -113,7 +113,7 @@ def prepare_moving(robot: Robot, recordings: Sequence[Recording], filter: Filter
     for recording in recordings:
         if recording.n != robot.n:
             raise InputError(
-                f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
+                f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}; check --robot, --joints and --columns"
             )
         one = prepare(recording, filter)
         if one.moving is None:

@@ -25,7 +25,12 @@ WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s
 
 
 def with_transitions(
-    robot: Robot, effects: tuple[Effect, ...], regressor: Regressor, signals: Sequence[Signals], filter: Filter, theta: Array
+    robot: Robot,
+    effects: tuple[Effect, ...],
+    regressor: Regressor,
+    signals: Sequence[Signals],
+    filter: Filter,
+    theta: Array,
 ) -> tuple[tuple[Effect, ...], Regressor]:
     """The effects with every width of Coulomb friction set, and their regressor; ``theta`` (p,) are values of the effects."""
     places = [i for i, e in enumerate(effects) if isinstance(e, CoulombFriction) and e.smoothing is None]
@@ -35,13 +40,9 @@ def with_transitions(
     found = list(effects)
     for place in places:
         effect = effects[place]
-        tried = [
-            build_regressor(robot, [replace(effect, smoothing=width)], signals, filter) for width in WIDTHS
-        ]
+        tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter) for width in WIDTHS]
         independent = find_base_parameters(robot, effects).independent
-        widths = [
-            _best_width(regressor, tried, weights, j, k, independent) for k, j in enumerate(effect.active(robot))
-        ]
+        widths = [_best_width(regressor, tried, weights, j, k, independent) for k, j in enumerate(effect.active(robot))]
         found[place] = replace(effect, smoothing=tuple(widths))
     dry = [effect for effect in found if effect.dry]
     owner = [effect for effect in found for _ in effect.columns(robot)]
@@ -57,9 +58,7 @@ def _best_width(
     rows, w = regressor.joints[j], weights[:, j, None]
     signs = np.column_stack([one.joints[j].values[:, list(one.joints[j].columns).index(k)] for one in tried])
     own = f"coulomb_friction_{j + 1}"
-    others = [
-        i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own
-    ]
+    others = [i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own]
     stacked = np.column_stack([rows.values[:, others], signs, regressor.torque[:, j]]) * w
     R = np.linalg.qr(stacked, mode="r")[len(others) :, len(others) :]
     S, y = R[:, :-1], R[:, -1]

@@ -56,7 +56,8 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
     temperature = None if recording.temperature is None else resampled(recording.temperature)
     dq = None if recording.dq is None else resampled(recording.dq)
     motions = [
-        _smoothed(q[:, j], None if dq is None else dq[:, j], rate, encoder_step(recording.q[:, j])) for j in range(q.shape[1])
+        _smoothed(q[:, j], None if dq is None else dq[:, j], rate, encoder_step(recording.q[:, j]))
+        for j in range(q.shape[1])
     ]
     q, v, a = (np.column_stack(columns) for columns in zip(*((m.q, m.v, m.a) for m in motions), strict=True))
     return Signals(
@@ -89,7 +90,9 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         temperature=joined("temperature"),
         velocity_std=np.max(stds, axis=0),
         rests=tuple(
-            Rests.joined([part.rests[j] for part in parts if part.rests is not None], [len(part.time) for part in parts])
+            Rests.joined(
+                [part.rests[j] for part in parts if part.rests is not None], [len(part.time) for part in parts]
+            )
             for j in range(q.shape[1])
         ),
         starts=starts,

@@ -70,9 +70,7 @@ def find_rests(q: Array, v: Array, position_range: float) -> Rests:
     still = (maximum_filter1d(q, FEWEST) - minimum_filter1d(q, FEWEST))[half : len(q) - half] <= position_range
     centre = np.flatnonzero(still) + half
     breaks = np.flatnonzero(np.diff(centre) > 1)
-    first, last = (
-        (centre[np.r_[0, breaks + 1]], centre[np.r_[breaks, -1]]) if len(centre) else (centre, centre)
-    )
+    first, last = (centre[np.r_[0, breaks + 1]], centre[np.r_[breaks, -1]]) if len(centre) else (centre, centre)
     start, stop = first - half, last + half + 1
     before = np.where(start > 0, v[np.maximum(start - 1, 0)], np.nan)
     after = np.where(stop < len(q), v[np.minimum(stop, len(q) - 1)], np.nan)

@@ -49,8 +49,13 @@ class Predictions:
 
     def restricted(self, counted: NDArray[np.bool_]) -> Predictions:
         """The same predictions with only these rows (M, n) counted."""
-        return replace(self, measured=self.measured * counted, predicted=self.predicted * counted, counted=counted,
-            moving=self.moving & counted)
+        return replace(
+            self,
+            measured=self.measured * counted,
+            predicted=self.predicted * counted,
+            counted=counted,
+            moving=self.moving & counted,
+        )
 
 
 def predict(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:

@@ -12,19 +12,25 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
     JsonOption,
+    LockOption,
     RateOption,
     Recordings,
     RobotOption,
+    ToolOption,
     TopicOption,
     layout_of,
     names_of,
+    optional_robot,
+    robot_of,
 )
 from physident.errors import InputError
 
 if TYPE_CHECKING:
     from physident.dynamics.model import Model
     from physident.estimation.estimate import Estimate
+    from physident.robots.robot import Robot
 
 
 @app.command(short_help="Find what a model gets wrong, and why.")
@@ -32,12 +38,15 @@ def diagnose(
     recordings: Recordings,
     model: Annotated[Path | None, typer.Option("--model", metavar="FILE", help="A model that identify wrote.")] = None,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None,
         typer.Option(
             "--effects",
             metavar="EFFECTS",
-            help="With --robot: effects of the simulation besides rigid_body, separated by commas.",
+            help="With --robot: effects of the simulation besides rigid_body, separated by commas; default: those of a MuJoCo file.",
         ),
     ] = None,
     holdout: Annotated[
@@ -77,6 +86,8 @@ def diagnose(
     from physident.estimation.estimate import Estimate
     from physident.recordings.signals import Filter
 
+    if robot is None:
+        optional_robot(robot, joints, lock, tool)
     if (model is None) == (robot is None):
         raise InputError("which model? expected either --model (an identified model) or --robot (a description)")
     if effects is not None and robot is None:
@@ -85,7 +96,9 @@ def diagnose(
         )
     holdouts = holdout or []
     check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
-    start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
+    start = (
+        _identified(model, cutoff) if model is not None else _described(robot_of(robot, joints, lock, tool), effects)
+    )
     nominal = model is None
     layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)
     joints = (start.model if isinstance(start, Estimate) else start).robot.joint_names
@@ -118,17 +131,19 @@ def _identified(path: Path, cutoff: float | None) -> Estimate:
     return load_estimate(path).with_cutoff(cutoff)
 
 
-def _described(source: str, effects: str | None) -> Model:
-    """The model of a simulation of a robot's description: rigid links, and the effects of --effects."""
+def _described(robot: Robot, effects: str | None) -> Model:
+    """The model of a simulation of a robot's description: rigid links, and the effects of --effects, or else those that a
+    simulator's own file states."""
     from physident.dynamics.model import Model
-    from physident.robots.load import load_robot
 
-    named = names_of(effects or "")
-    if effects is not None and not named:
+    if effects is None:
+        return Model.described(robot)
+    named = names_of(effects)
+    if not named:
         raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:
         raise InputError(f"--effects names {', '.join(repeated)} twice; expected each effect once")
-    return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
+    return Model.nominal(robot, ["rigid_body", *(name for name in named if name != "rigid_body")])
 
 
 def _print_progress(text: str) -> None:

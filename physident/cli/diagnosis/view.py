@@ -13,10 +13,14 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
+    LockOption,
     RateOption,
     RobotOption,
+    ToolOption,
     TopicOption,
     layout_of,
+    optional_robot,
 )
 from physident.errors import InputError
 
@@ -41,6 +45,9 @@ def view(
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show the session in a browser on this machine.")] = False,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     meshes: Annotated[
         Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages.")
     ] = None,
@@ -57,7 +64,6 @@ def view(
     from physident.graphics.session.content import compose
     from physident.graphics.session.write import check_session_path, write_session
     from physident.graphics.view import show
-    from physident.robots.load import load_robot
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
@@ -73,10 +79,10 @@ def view(
     contents = read_diagnosis(diagnosis) if diagnosis is not None else None
     source = next(iter(models.values()), contents)
     layout = layout_of(columns, topic, rate, None if source is None else source.layout)
-    arm = load_robot(robot) if robot is not None else None
+    arm = optional_robot(robot, joints, lock, tool)
     known = arm if arm is not None or source is None else source.model.robot
-    joints = None if known is None else known.joint_names
-    loaded = read_recordings(paths, layout, drive_gains, joints=joints) if paths else []
+    names = None if known is None else known.joint_names
+    loaded = read_recordings(paths, layout, drive_gains, joints=names) if paths else []
     content = replace(
         compose(models, loaded, contents, arm, cutoff),
         plan=plan_of(plan) if plan is not None else None,

@@ -10,9 +10,12 @@ from physident.cli.app import app, busy, check_outputs, read_recordings
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
+    JointsOption,
     JsonOption,
+    LockOption,
     RateOption,
     RobotOption,
+    ToolOption,
     TopicOption,
     effects_of,
     filter_of,
@@ -35,6 +38,9 @@ def drive_gains(
         float, typer.Option("--load-mass", metavar="KG", help="Mass of the load on the last link [kg].")
     ],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     method: Annotated[
         str,
         typer.Option("--method", metavar="NAME", help="tls (total least squares), physical or ls (least squares)."),
@@ -53,7 +59,7 @@ def drive_gains(
     from physident.files import write_json
 
     check_outputs([*unloaded, *loaded, robot], json_out)
-    arm, chosen, filter = robot_of(robot), effects_of(effects), filter_of(cutoff)
+    arm, chosen, filter = robot_of(robot, joints, lock, tool), effects_of(effects), filter_of(cutoff)
     layout = layout_of(columns, topic, rate)
     without, with_load = (read_recordings(paths, layout, None, joints=arm.joint_names) for paths in (unloaded, loaded))
     with busy("identifying"):

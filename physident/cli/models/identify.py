@@ -12,9 +12,12 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
+    LockOption,
     RateOption,
     Recordings,
     RobotOption,
+    ToolOption,
     TopicOption,
     effects_of,
     filter_of,
@@ -28,6 +31,9 @@ def identify(
     recordings: Recordings,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The model to write (JSON).")],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
     ] = None,
@@ -71,7 +77,7 @@ def identify(
 
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out)
-    arm = robot_of(robot)
+    arm = robot_of(robot, joints, lock, tool)
     layout = layout_of(columns, topic, rate)
     loaded = read_recordings(recordings, layout, drive_gains, joints=arm.joint_names)
     with busy("identifying"):
