@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Detection, Family, Scope
+from physident.effects.classification import Detection, Family, JointTerm, Scope
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -88,8 +88,10 @@ class Effect(ABC):
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of
-    # inertia and gravity ``load``, the torque without measurement effects ``motor``, and settings as {field}
+    # inertia and gravity ``load``, the torque without measurement effects ``motor``, the time ``t`` since the start, the
+    # effect's own state ``z``, and settings as {field}; ``advance`` gives z after a step of ``dt`` at the velocity v
     formulas: ClassVar[tuple[str, ...]] = ()
+    advance: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         if self.scope is Scope.WHOLE_ARM and self.joints is not None:
@@ -238,17 +240,33 @@ class Effect(ABC):
         if not self.formulas:
             return None
         active = self.active(robot)
-        settings: dict[str, Any] = {key: value for key, value in vars(self).items() if isinstance(value, float)}
-        for shape in self.shape_parameters:
-            shape_values = np.ones(robot.n)
-            shape_values[active] = self.shape_values(robot, shape.field)
-            settings[shape.field] = array_source(shape_values)
         terms = []
         for formula, parameters in zip(self.formulas, theta.reshape(len(active), -1).T, strict=True):
             gains = np.zeros(robot.n)
             gains[active] = parameters
-            terms.append(f"{array_source(gains)} * ({formula.format(**settings)})")
+            terms.append(f"{array_source(gains)} * ({self._with_settings(robot, formula)})")
         return " + ".join(terms)
+
+    def advance_source(self, robot: Robot) -> str | None:
+        """Its state ``z`` (n,) after a step of ``dt`` [s] as a NumPy expression; None for an effect without a state."""
+        return self._with_settings(robot, self.advance) if self.advance else None
+
+    def _with_settings(self, robot: Robot, formula: str) -> str:
+        settings: dict[str, Any] = {key: value for key, value in vars(self).items() if isinstance(value, float)}
+        for shape in self.shape_parameters:
+            if f"{{{shape.field}}}" in formula:
+                shape_values = np.ones(robot.n)
+                shape_values[self.active(robot)] = self.shape_values(robot, shape.field)
+                settings[shape.field] = array_source(shape_values)
+        return formula.format(**settings)
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...] | None:
+        """Its torque with parameters ``theta`` (k,) in the terms of a simulator's joints; None where it has none."""
+        return None
+
+    def folded(self, robot: Robot, theta: Array) -> tuple[Effect, Array]:
+        """The effect and parameters that stand for it in a program without its memory; by default the same ones."""
+        return self, theta
 
     @final
     def as_dict(self) -> dict[str, Any]:

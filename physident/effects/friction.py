@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family
+from physident.effects.classification import Family, JointTerm
 from physident.effects.effect import Array, Cone, Effect, ShapeParameter, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -55,6 +55,9 @@ class ViscousFriction(VelocityFriction):
 
     def law(self, robot: Robot, v: Array) -> Array:
         return v
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), damping=float(Fv)) for j, Fv in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,9 @@ class CoulombFriction(VelocityFriction):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return state if self.presliding else self.values(robot, signals)
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), dry=float(Fc)) for j, Fc in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)

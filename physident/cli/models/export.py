@@ -27,7 +27,9 @@ def export(
     ] = None,
 ) -> None:
     """Write an identified model as a URDF, a table of parameters (JSON) or a Python function."""
+    from physident.errors import warn
     from physident.estimation.estimate_file import load_estimate
+    from physident.export.held import loss_of_torque, training_recordings
     from physident.export.parameters import parameters_of
     from physident.export.python import python_of
     from physident.export.urdf import urdf_of
@@ -49,4 +51,6 @@ def export(
         write_text(path, text)
     if urdf_export is not None:
         typer.echo(repr(urdf_export))
+        if loss := loss_of_torque(estimate, urdf_export.held.model, training_recordings(estimate)):
+            warn(loss)
     typer.echo(f"written: {', '.join(map(str, texts))}")
