@@ -69,10 +69,10 @@ def urdf_of(model: Model) -> UrdfExport:
             "the model has no rigid_body effect, so there are no links to write; identify a model with rigid_body in --effects"
         )
     root = parse_elements(robot.urdf)
-    child, fixed_together = _fixed_links(root)
+    child, fixed_together = fixed_links(root)
     parameters = model.added_inertia().links.reshape(robot.n, 10)
     links = tuple(child[name] for name in robot.joint_names)
-    _refuse_unphysical(parameters, links, robot.joint_names)
+    refuse_unphysical(parameters, links, robot.joint_names)
     inertials: dict[str, str | None] = {}
     merged = []
     for link, phi in zip(links, parameters, strict=True):
@@ -94,7 +94,7 @@ def _holds(robot: Robot, effect: Effect, theta: Array) -> bool:
     return terms is not None and all(len(term.joints) == 1 and term.stiffness is None for term in terms)
 
 
-def _fixed_links(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
+def fixed_links(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
     """The child link of each moving joint, and for each such link all links that are fixed to it, itself included."""
     parent_of = {}
     child = {}
@@ -118,7 +118,8 @@ def _has_inertial(root: Element, name: str) -> bool:
     return any(link.attributes["name"] == name and link.find_all("inertial") for link in root.find_all("link"))
 
 
-def _refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
+def refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
+    """Raises InputError, naming them, for link parameters (n, 10) that no rigid body has; a link may have no mass at all."""
     unphysical = [
         f"link {i} ({link}, moved by {joint}): {_violated_condition(phi)}"
         for i, (phi, link, joint) in enumerate(zip(parameters, links, joints, strict=True), 1)
