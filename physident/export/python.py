@@ -91,7 +91,7 @@ def python_of(model: Model) -> str:
         "tau = motor.copy()",
         *torques.measurement,
     ]
-    constants = _constants(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
+    constants = constants_of(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
     names = ", ".join(robot.joint_names)
     body = "\n    ".join(lines)
     state = ", state" if torques.advances else ""
@@ -99,9 +99,9 @@ def python_of(model: Model) -> str:
     described = f"; ``state`` ({len(torques.advances)}, n) or ({len(torques.advances)}, N, n)" if state else ""
     described += "; ``t`` [s] since the start, a number or (N,)" if time else ""
     along = _along(torques.advances, bool(time), robot.n) if state or time else ""
-    return f'''"""Joint torques of {_plain(robot.name)}, identified with physident; needs numpy only.
+    return f'''"""Joint torques of {plain(robot.name)}, identified with physident; needs numpy only.
 
-Joints in order: {_plain(names)}.
+Joints in order: {plain(names)}.
 """
 
 import numpy as np
@@ -174,7 +174,7 @@ def _effect_torques(model: Model) -> _Torques:
             target.append(f"z = np.asarray(state[{len(advances)}], dtype=float)")
             advances.append(advance)
         target.append(f"{total} += {source}  # {effect.name} [{effect.unit}]")
-        timed = timed or _uses(source, "t")
+        timed = timed or uses(source, "t")
     if unknown:
         known = [name for name, cls in CATALOGUE.items() if cls.formulas or cls.numpy_source is not Effect.numpy_source]
         raise InputError(
@@ -183,11 +183,13 @@ def _effect_torques(model: Model) -> _Torques:
     return _Torques(tuple(plant), tuple(measurement), tuple(advances), timed)
 
 
-def _uses(source: str, name: str) -> bool:
+def uses(source: str, name: str) -> bool:
+    """Whether an expression depends on a variable."""
     return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(ast.parse(source)))
 
 
-def _constants(robot: Robot, links: Array, gravity: Array) -> str:
+def constants_of(robot: Robot, links: Array, gravity: Array) -> str:
+    """Source text of the constants that ``RIGID_BODY`` uses."""
     rows = [
         f"    ({j.kind!r}, {j.parent}, {array_source(j.axis)}, {array_source(j.rotation)}, {array_source(j.translation)}),"
         for j in robot.joints
@@ -209,6 +211,6 @@ def _constants(robot: Robot, links: Array, gravity: Array) -> str:
     )
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A name without the characters that would end the docstring around it."""
     return text.replace("\\", "/").replace('"', "'")

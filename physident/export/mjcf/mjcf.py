@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.export.held import Held
-from physident.export.mjcf_shapes import assets, shapes
-from physident.export.mjcf_values import MjcfValues, element, inertial, mjcf_values, numbers
+from physident.export.mjcf.shapes import assets, shapes
+from physident.export.mjcf.values import MjcfValues, element, inertial, mjcf_values, numbers
 from physident.export.urdf import fixed_links
 from physident.export.urdf_edit import parse_elements
 from physident.files import write_text
@@ -61,8 +61,8 @@ def mjcf_of(model: Model, folder: str | Path = ".", meshes: str | Path | None = 
     for a model without rigid bodies and for a link that is not physical, with its name and the condition that it violates.
     """
     robot = model.robot
-    child, together = fixed_links(parse_elements(robot.urdf))
-    links = tuple(child[name] for name in robot.joint_names)
+    together = fixed_links(parse_elements(robot.urdf))[1]
+    links = child_links(robot)
     values = mjcf_values(model, links)
     visuals = arm_visuals(robot, meshes)
     files, unread = assets(visuals, Path(os.path.abspath(folder)))
@@ -83,6 +83,12 @@ def mjcf_of(model: Model, folder: str | Path = ".", meshes: str | Path | None = 
     return MjcfExport("\n".join(lines), (*values.stated, *unread), values.held)
 
 
+def child_links(robot: Robot) -> tuple[str, ...]:
+    """The name of the link that each joint moves (n,)."""
+    child, _ = fixed_links(parse_elements(robot.urdf))
+    return tuple(child[name] for name in robot.joint_names)
+
+
 def _body(robot: Robot, j: int, values: MjcfValues, links: tuple, together: dict, *rest: object) -> list[str]:
     """The body that joint j (from 0) moves, with all bodies that it carries."""
     visuals, files, payload = rest
@@ -94,7 +100,11 @@ def _body(robot: Robot, j: int, values: MjcfValues, links: tuple, together: dict
         phi = phi - payload
         names = {*links, *(name for names in together.values() for name in names)}
         name = next(f"payload{k}" for k in ("", *range(1, robot.n + 9)) if f"payload{k}" not in names)
-        carried = [element("body", {"name": name}, open=True), INDENT + element("inertial", inertial(payload)), "</body>"]
+        carried = [
+            element("body", {"name": name}, open=True),
+            INDENT + element("inertial", inertial(payload)),
+            "</body>",
+        ]
     inside = [element("inertial", inertial(phi)), element("joint", _joint(robot, j, values))]
     inside += shapes(visuals, j, files)  # pyright: ignore[reportArgumentType]
     inside += carried + _frames(robot, j, [links[j]])
@@ -110,8 +120,9 @@ def _joint(robot: Robot, j: int, values: MjcfValues) -> dict[str, str]:
         "name": joint.name,
         "type": "slide" if joint.kind == "prismatic" else "hinge",
         "axis": numbers(joint.axis),
-        "armature": numbers([values.armature[j]]),
     }
+    if values.armature is not None:
+        attributes["armature"] = numbers([values.armature[j]])
     if np.isfinite([robot.lower[j], robot.upper[j]]).all():
         attributes["range"] = numbers([robot.lower[j], robot.upper[j]])
     if np.isfinite(robot.torque_limit[j]):

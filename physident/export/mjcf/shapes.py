@@ -8,14 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from physident.export.mjcf_values import element, numbers
+from physident.export.mjcf.values import element, numbers
 from physident.graphics.visuals import Visual
 
 READ = (".stl", ".obj")  # formats of meshes that MuJoCo reads
 SEEN = {"contype": "0", "conaffinity": "0", "group": "2"}  # drawn, and part of no contact
 
 
-def assets(visuals: Sequence[Visual], folder: Path) -> tuple[dict[tuple[Path, tuple[float, ...]], dict[str, str]], list[str]]:
+def assets(
+    visuals: Sequence[Visual], folder: Path
+) -> tuple[dict[tuple[Path, tuple[float, ...]], dict[str, str]], list[str]]:
     """Attributes of a ``<mesh>`` for each file and scale, with paths from ``folder``; and one line for each unread mesh."""
     files: dict[tuple[Path, tuple[float, ...]], dict[str, str]] = {}
     unread = []

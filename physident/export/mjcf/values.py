@@ -27,13 +27,13 @@ class MjcfValues:
     """What MJCF holds of a model of n joints.
 
     ``links`` (n, 10) are the link parameters with all that moves with each joint, ``armature`` (n,) [kg m^2|kg], ``gravity``
-    (3,) [m/s^2] in the base frame. ``joints`` has for each joint, and ``pairs`` for each pair of joints (from 0) that a
+    (3,) [m/s^2] in the base frame; ``armature`` is None for a model without rotors. ``joints`` has for each joint, and ``pairs`` for each pair of joints (from 0) that a
     motor turns together, the values of ``damping``, ``frictionloss`` and ``stiffness`` that the model states. ``negative``
     has one line for each value that MuJoCo does not allow and that is zero here. ``held`` is the part of the model.
     """
 
     links: Array
-    armature: Array
+    armature: Array | None
     gravity: Array
     joints: tuple[dict[str, float], ...]
     pairs: dict[tuple[int, ...], dict[str, float]]
@@ -78,9 +78,12 @@ def mjcf_values(model: Model, child_links: tuple[str, ...]) -> MjcfValues:
         for attribute in [name for name, value in values.items() if value < 0]:
             negative.append(f"{attribute} {values[attribute]:.4g} of {where} is negative; written as 0")
             values[attribute] = 0.0
-    armature = inertia.armature.copy()
-    for j in np.flatnonzero(armature < 0):
-        negative.append(f"armature {armature[j]:.4g} of joint {j + 1} ({robot.joint_names[j]}) is negative; written as 0")
+    armature = inertia.armature.copy() if _states_armature(model) else None
+    for j in [] if armature is None else np.flatnonzero(armature < 0):
+        assert armature is not None
+        negative.append(
+            f"armature {armature[j]:.4g} of joint {j + 1} ({robot.joint_names[j]}) is negative; written as 0"
+        )
         armature[j] = 0.0
     return MjcfValues(
         links=links,
@@ -91,6 +94,11 @@ def mjcf_values(model: Model, child_links: tuple[str, ...]) -> MjcfValues:
         negative=tuple(negative),
         held=held,
     )
+
+
+def _states_armature(model: Model) -> bool:
+    parts = [effect.inertia(model.robot, np.ones_like(theta)) for effect, theta in model.effect_parameters()]
+    return any(part is not None and bool(part.armature.any()) for part in parts)
 
 
 def _holds(robot: Robot, effect: Effect, theta: Array) -> bool:
