@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from physident.export.symbolic import SymbolicModel, symbolic_model
 from physident.files import write_text, write_with
 
 PREFIX = "physident"
-REAL = "double"
 
 
 def export_c(model: Model, path: str | Path) -> None:
@@ -72,13 +70,13 @@ def _functions(s: SymbolicModel) -> list[Any]:
         state.append(("t", s.t))
     names, arguments = [name for name, _ in state], [value for _, value in state]
     derivatives = [ca.densify(ca.jacobian(s.torque, x)).T for x in (s.q, s.v, s.a)]
-    functions = [
-        ca.Function("torque", arguments, [s.torque], names, ["tau"]),
-        ca.Function("derivatives", arguments, derivatives, names, ["dtau_dq", "dtau_dv", "dtau_da"]),
-        ca.Function("regressor", arguments, [s.regressor.T], names, ["Y"]),
+    functions = [  # C libraries have functions named torque or advance, and a linker may take theirs
+        ca.Function("model_torque", arguments, [s.torque], names, ["tau"]),
+        ca.Function("model_derivatives", arguments, derivatives, names, ["dtau_dq", "dtau_dv", "dtau_da"]),
+        ca.Function("model_regressor", arguments, [s.regressor.T], names, ["Y"]),
     ]
     if s.states:
-        functions.append(ca.Function("advance", [s.z, s.v, s.dt], [s.advanced], ["z", "v", "dt"], ["z_next"]))
+        functions.append(ca.Function("model_advance", [s.z, s.v, s.dt], [s.advanced], ["z", "v", "dt"], ["z_next"]))
     return functions
 
 
@@ -90,7 +88,7 @@ def _wrapper(function: Any, n: int) -> str:
     made = ", ".join(f"double {name}[{function.nnz_out(i)}]" for i, name in enumerate(outputs))
     name = function.name()
     return f"""
-void {PREFIX}_{name}({given}, {made}) {{
+void {PREFIX}_{name.removeprefix("model_")}({given}, {made}) {{
   const double* arg[{max(1, function.sz_arg())}] = {{{", ".join(inputs)}}};
   double* res[{max(1, function.sz_res())}] = {{{", ".join(outputs)}}};
   casadi_int iw[{max(1, function.sz_iw())}];

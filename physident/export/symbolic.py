@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import torque_function
 from physident.dynamics.model import Model
-from physident.dynamics.rigid_body_regressor import regressor_function
+from physident.dynamics.rigid_body_regressor import torque_expression
 from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.robots.robot import Robot
@@ -68,7 +68,7 @@ def symbolic_model(model: Model) -> SymbolicModel:
     regressor, advanced = ca.SX(n, p), []
     parts = list(_placed(model))
     _refuse_unknown(robot, parts)
-    Y = regressor_function(heavy)(q, v, a)
+    Y = torque_expression(robot)(q, v, a)  # gravity that effects add has columns of its own
     tau = load
     for stage in ("motor", "measured"):
         for effect, theta, columns in parts:

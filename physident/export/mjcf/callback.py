@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from physident.dynamics.model import Model
@@ -67,6 +69,14 @@ def install(model):
 
     mujoco.set_mjcb_passive(passive)
 '''
+
+
+def with_callback(held: Held) -> Held:
+    """The part of a model that an MJCF file holds together with its callback."""
+    robot, parts = held.model.robot, held.model.effect_parameters()
+    parts += [(effect, theta) for effect, theta in held.left_out if _source(effect, held.model, theta) is not None]
+    theta = np.concatenate([values for _, values in parts])
+    return replace(held, model=Model(robot, tuple(effect for effect, _ in parts), theta))
 
 
 def _source(effect: Effect, model: Model, theta: np.ndarray) -> str | None:

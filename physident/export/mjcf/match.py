@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.export.mujoco import mujoco_module
 from physident.graphics.scene import link_poses
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SAMPLES = 8  # positions of the arm at which both kinematics are compared
 CLOSE = 1e-4  # rad, and m for each metre of the arm: beyond the rounding of a description, below any real difference
+
+EARLIER = 100.0  # times the weight of the next joint, where the pose of the base is found
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class Match:
 def match(robot: Robot, model: Any, source: str) -> Match:
     """Find a robot's joints by name in a compiled MuJoCo model, whose kinematics must be the robot's up to the choice of
     body frames and of the base; raises InputError, naming ``source`` and the joint, where they are not."""
-    import mujoco
+    mujoco = mujoco_module()
 
     joints = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in robot.joint_names]
     if missing := [name for name, j in zip(robot.joint_names, joints, strict=True) if j < 0]:
@@ -68,7 +71,7 @@ def match(robot: Robot, model: Any, source: str) -> Match:
 
 def _poses(model: Any, joints: list[int], q: Array) -> tuple[Array, Array, Array]:
     """Poses (n, S, 4, 4) of the joints' bodies, and axes and anchors (n, S, 3) of the joints, in the world."""
-    import mujoco
+    mujoco = mujoco_module()
 
     data: Any = mujoco.MjData(model)
     poses = np.zeros((len(joints), len(q), 4, 4))
@@ -90,12 +93,16 @@ def _base(directions: Array, positions: Array, axes: Array, anchors: Array) -> A
     from scipy.spatial.transform import Rotation
 
     ours, theirs = directions.reshape(-1, 3), axes.reshape(-1, 3)
+    # joints near the base count more, so that the first joint that differs is the one that does not fit
+    weights = np.repeat(EARLIER ** -np.arange(len(axes), dtype=float), axes.shape[1])
     base = np.eye(4)
     if not np.allclose(ours, theirs, atol=CLOSE):
-        base[:3, :3] = Rotation.align_vectors(theirs, ours)[0].as_matrix()
+        base[:3, :3] = Rotation.align_vectors(theirs, ours, weights)[0].as_matrix()
     across = np.eye(3) - theirs[:, :, None] * theirs[:, None, :]  # an anchor may lie anywhere on its axis
     gap = anchors.reshape(-1, 3) - positions.reshape(-1, 3) @ base[:3, :3].T
-    base[:3, 3] = np.linalg.lstsq(across.reshape(-1, 3), np.einsum("sab,sb->sa", across, gap).ravel(), rcond=None)[0]
+    across = weights[:, None, None] * across
+    right = np.einsum("sab,sb->sa", across, gap).ravel()
+    base[:3, 3] = np.linalg.lstsq(across.reshape(-1, 3), right, rcond=1e-12)[0]
     return base
 
 
@@ -103,10 +110,11 @@ def _compare(robot: Robot, relative: Array, turned: Array, source: str) -> None:
     """Raises InputError for the first joint whose body does not move as the robot's link does."""
     reach = max(1.0, float(np.abs([joint.translation for joint in robot.joints]).sum()))
     spread = np.abs(relative - relative[:, :1])
-    for j, joint in enumerate(robot.joints):
-        angle = float(max(np.abs(turned[j]).max(), spread[j, :, :3, :3].max()))
-        distance = float(spread[j, :, :3, 3].max())
-        if angle > CLOSE or distance > CLOSE * reach:
-            raise InputError(
-                f"{source}: joint {j + 1} ({joint.name}) moves otherwise than in the model, by up to {1e3 * distance:.3g} mm and {angle:.3g} rad; expected the same axes, zeros and lengths"
-            )
+    angles = np.maximum(np.abs(turned).max(axis=(1, 2)), spread[..., :3, :3].max(axis=(1, 2, 3)))
+    distances = spread[..., :3, 3].max(axis=(1, 2))
+    errors = np.maximum(angles, distances / reach)
+    if errors.max() > CLOSE:
+        j = int(np.argmax(errors > errors.max() / EARLIER**0.5))
+        raise InputError(
+            f"{source}: joint {j + 1} ({robot.joint_names[j]}) moves otherwise than in the model, by up to {1e3 * distances[j]:.3g} mm and {angles[j]:.3g} rad; expected the same axes, zeros and lengths"
+        )

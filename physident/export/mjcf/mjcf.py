@@ -22,8 +22,9 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 INDENT = "  "
-# A joint that sticks in MuJoCo creeps in proportion to one minus this impedance: 1e-4 of the speed of the default 0.9
-STIFF = "0.9999 0.9999 0.001 0.5 2"
+# A joint that sticks in MuJoCo creeps in proportion to one minus the impedance and to the time constant of its friction:
+# these values give a ten-thousandth of the speed of the default ones
+STIFF = {"solimpfriction": "0.9999 0.9999 0.001 0.5 2", "solreffriction": "0.002 1"}
 HEAD = (
     element("compiler", {"angle": "radian", "autolimits": "true", "inertiafromgeom": "false"}),
     element("option", {"timestep": "0.001", "integrator": "implicitfast"}),
@@ -69,7 +70,7 @@ def mjcf_of(model: Model, folder: str | Path = ".", meshes: str | Path | None = 
     lines = [element("mujoco", {"model": robot.name}, open=True)]
     lines += [INDENT + text for text in HEAD]
     lines.append(INDENT + element("option", {"gravity": numbers(values.gravity)}))
-    lines.append(INDENT + f"<default>{element('joint', {'solimpfriction': STIFF})}</default>")
+    lines.append(INDENT + f"<default>{element('joint', STIFF)}</default>")
     if files:
         lines += ["  <asset>", *(f"    {element('mesh', asset)}" for asset in files.values()), "  </asset>"]
     lines.append("  <worldbody>")
@@ -159,7 +160,7 @@ def _tendons(robot: Robot, values: MjcfValues) -> list[str]:
     lines = ["  <tendon>"]
     for places, pair in values.pairs.items():
         name = "_and_".join(robot.joint_names[j] for j in places)
-        settings = {"name": name, **{key: numbers([value]) for key, value in pair.items()}, "solimpfriction": STIFF}
+        settings = {"name": name, **{key: numbers([value]) for key, value in pair.items()}, **STIFF}
         lines.append(f"    {element('fixed', settings, open=True)}")
         lines += [f"      {element('joint', {'joint': robot.joint_names[j], 'coef': '1'})}" for j in places]
         lines.append("    </fixed>")

@@ -18,6 +18,7 @@ from physident.export.mjcf.match import CLOSE, Match, match
 from physident.export.mjcf.mjcf import STIFF, MjcfExport, child_links
 from physident.export.mjcf.values import MjcfValues, element, inertial, mjcf_values, numbers
 from physident.export.mjcf.verify import check_dynamics
+from physident.export.mujoco import mujoco_module
 from physident.export.urdf_edit import Edit, Element, child_edits, edited, parse_elements
 from physident.files import read_text, write_with
 from physident.robots.inertia import link_parameters, pseudo_inertia
@@ -80,7 +81,7 @@ def _check_gravity(model: Model, compiled: Any, found: Match, source: str) -> No
 
 
 def _compiled(path: Path, source: str) -> Any:
-    import mujoco
+    mujoco = mujoco_module()
 
     try:
         return mujoco.MjModel.from_xml_path(str(path))
@@ -206,7 +207,7 @@ def _tendons(data: bytes, root: Element, model: Model, values: MjcfValues) -> li
             edits += _attributes(data, known[0], settings)
             continue
         wraps = "".join(f"  {element('joint', {'joint': name, 'coef': '1'})}\n" for name in names)
-        head = element("fixed", {"name": "_and_".join(names), **settings, "solimpfriction": STIFF}, open=True)
+        head = element("fixed", {"name": "_and_".join(names), **settings, **STIFF}, open=True)
         new.append(f"{head}\n{wraps}</fixed>")
     for text in new:
         block = "  <tendon>\n    " + text.replace("\n", "\n    ") + "\n  </tendon>\n"

@@ -11,13 +11,14 @@ from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.export.mjcf.match import Match
 from physident.export.mjcf.values import MjcfValues
+from physident.export.mujoco import mujoco_module
 
 SAME = 1e-6  # relative difference of inverse dynamics: MuJoCo rotates every inertia to principal axes
 
 
 def check_dynamics(compiled: Any, model: Model, values: MjcfValues, found: Match, source: str) -> None:
     """Raises InputError unless the patched file's inverse dynamics are those of the model's bodies and rotors."""
-    import mujoco
+    mujoco = mujoco_module()
 
     robot, data = model.robot, mujoco.MjData(compiled)
     if compiled.nv != robot.n:
