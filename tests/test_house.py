@@ -36,6 +36,7 @@ FLOORS = (
     "graphics",
     "report",
     "export",
+    "replay",
     "demo",
     "cli",
 )

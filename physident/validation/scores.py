@@ -103,7 +103,7 @@ def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
-        _refuse_fitted(estimate, recordings)
+        refuse_fitted(estimate, recordings)
     return _score(estimate, recordings, predict(estimate, recordings))
 
 
@@ -135,8 +135,8 @@ def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_
             f"the models have {before.model.robot.n} and {after.model.robot.n} joints; expected the same robot"
         )
     if not include_fitted:
-        _refuse_fitted(before, on)
-        _refuse_fitted(after, on)
+        refuse_fitted(before, on)
+        refuse_fitted(after, on)
     first, second = predict(before, on), predict(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))
@@ -150,7 +150,8 @@ def _relative(predictions: Predictions, rows: NDArray[np.bool_]) -> Array:
     return 100 * np.linalg.norm(predictions.residual[rows], axis=0) / size
 
 
-def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+def refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+    """Raises InputError for a recording that the model was fitted to."""
     fitted = {source.sha256: source.path for source in estimate.sources}
     for recording in recordings:
         if recording.sha256 in fitted:
