@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.inverse_dynamics import gravity_torque
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.graphics.scene import link_poses, tool_path
@@ -27,7 +26,7 @@ from physident.simulation.plant import Instants
 Array = NDArray[np.float64]
 Simulator = Literal["mujoco", "physident"]
 SHORTEST, LONGEST = 0.02, 10.0  # s: of a horizon
-SETTLING = 4.0 / BANDWIDTH  # s: the arm starts with the torque of the controller's gravity alone
+SETTLING = 4.0 / BANDWIDTH  # s: the arm starts on the motion, where the controller adds nothing yet
 HELD_PERIODS = 10.0  # of the cutoff: how long an arm is then held along the motion, twice as long as the filter
 MOST_STARTS = 2000  # of a replay: a start more often than this tells nothing new
 AWAY = np.pi  # rad: an arm this far away is lost
@@ -54,7 +53,7 @@ def replay(
 
     From every measured state (each row that the filter keeps) the arm is simulated for ``horizon`` [s] under the measured
     torque, less what the model says of the torque measurement; and for a few seconds at a time along the recorded motion,
-    held by a PD controller whose gains are those of the first model. Raises InputError for a simulator that does not exist,
+    where a PD controller, whose gains are those of the first model, adds the torque that the simulated arm lacks. Raises InputError for a simulator that does not exist,
     a horizon out of range, models of different joints, and recordings that do not fit.
     """
     if simulator not in ("mujoco", "physident"):
@@ -82,7 +81,7 @@ def replay(
         joints=before.model.robot.joint_names,
         simulator=simulator,
         horizon=horizon,
-        controller=f"a PD controller of {BANDWIDTH:g} Hz with the gravity of the description",
+        controller=f"a PD controller of {BANDWIDTH:g} Hz beside the measured torque",
         starts=len(windows),
         recordings=tuple(recording.source for recording in recordings),
         before=scores[0],
@@ -104,7 +103,7 @@ def _scored(
     reached = windows.q[:, -1] + ahead
     speed = np.nan_to_num(free.v[:, -1] - windows.v[:, -1], nan=AWAY / windows.clock[-1])
     measured = drive_torque(model, held)
-    kept = _simulated(estimate, signals, held, _controller(estimate, held, gains), True, simulator)
+    kept = _simulated(estimate, signals, held, _controller(measured, held, gains), True, simulator)
     settled = round(SETTLING / held.step)
     difference = np.nan_to_num(kept.torque - measured)[:, settled:].transpose(0, 2, 1)
     filtered = estimate.filter.apply(difference.reshape(len(held) * robot.n, -1), 1 / held.step)
@@ -172,14 +171,10 @@ def _interpolated(windows: Windows, values: Array) -> Drive:
     return at
 
 
-def _controller(estimate: Estimate, windows: Windows, gains: PD) -> Drive:
-    """The torque of a PD controller along the measured motion, with the gravity of the robot's description."""
-    robot, shape = estimate.model.robot, windows.q.shape
-    weight = gravity_torque(robot, robot.nominal, windows.q.reshape(-1, robot.n), np.array(robot.gravity)).reshape(
-        shape
-    )
+def _controller(measured: Array, windows: Windows, gains: PD) -> Drive:
+    """The measured torque, and that of a PD controller along the measured motion."""
     stiffness, damping = np.array(gains.stiffness), np.array(gains.damping)
-    wanted = _interpolated(windows, weight + stiffness * windows.q + damping * windows.v)
+    wanted = _interpolated(windows, measured + stiffness * windows.q + damping * windows.v)
 
     def at(time: float, q: Array, v: Array) -> Array:
         return wanted(time, q, v) - stiffness * q - damping * v

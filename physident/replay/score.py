@@ -17,8 +17,8 @@ class ReplayScore:
     """The errors (RMS) of one model's simulated arm of n joints.
 
     After the horizon, under the measured torque: ``position`` (n,) [rad|m], ``velocity`` (n,) [rad/s|m/s] and ``tool`` [m].
-    Along the recorded motion, held by the controller: ``torque`` (n,) [N m|N] against the measured one after the model's
-    filter, ``following`` (n,) [rad|m] and ``tool_following`` [m] against the measured motion. ``lost`` is the share of the
+    Along the recorded motion, held by the controller: ``torque`` (n,) [N m|N] that it adds to the measured one, after the
+    model's filter, ``following`` (n,) [rad|m] and ``tool_following`` [m] against the measured motion. ``lost`` is the share of the
     starts from which the arm is more than pi rad [m] away after the horizon, whose error counts as pi. ``stated`` lists what the simulator's
     file does not hold as the model does.
     """
@@ -79,7 +79,7 @@ class Replay:
         width = 10 * len(scores)
         rows = [
             f"{self.starts} starts, {self.horizon:g} s ahead under the measured torque; then along the motion, held by {self.controller}",
-            f"joint {'':<22}{'position [mrad]':>{width + 7}}{'velocity [mrad/s]':>{width + 8}}{'torque, held [N m]':>{width + 9}}",
+            f"joint {'':<22}{'position [mrad]':>{width + 7}}{'velocity [mrad/s]':>{width + 8}}{'torque added [N m]':>{width + 9}}",
             f"{'':<28}" + 3 * (f"{'':7}" + "".join(f"{head:>10}" for head in heads) + " "),
         ]
         for j, name in enumerate(self.joints):
