@@ -84,7 +84,7 @@ class MujocoArm:
         """A chunk of arms whose torque is known in advance, rolled out in one call."""
         n = q.shape[1]
         steps = (len(clock) - 1) * substeps
-        control = np.stack([drive((k + 0.5) * h, q, v)[part] for k in range(steps)], axis=1)
+        control = np.stack([drive(k * h, q, v)[part] for k in range(steps)], axis=1)
         states = self._states(q[part], v[part])
         after, _ = pool.rollout(self.compiled, datas, states, control, control_spec=self._applied)
         kept = np.concatenate([states[:, None], after[:, substeps - 1 :: substeps]], axis=1)
@@ -103,7 +103,7 @@ class MujocoArm:
                 part[:, k] = values
             for sub in range(substeps if k + 1 < len(clock) else 0):
                 now = float(time) + sub * h
-                torque = drive(now + 0.5 * h, q, v)
+                torque = drive(now, q, v)
                 if self.left_out is not None:
                     M, bias = whole.dynamics(q, v)
                     at = Instants(start + now, q, v, a, np.einsum("kij,kj->ki", M, a) + bias, state)

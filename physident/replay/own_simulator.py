@@ -42,7 +42,7 @@ def simulate_batch(arm: Arm, clock: Array, start: Array, state: Array, q: Array,
                 part[:, k] = values
             for sub in range(substeps if k + 1 < len(clock) else 0):
                 now = float(time) + sub * h
-                q, v, a, state = _step(arm, start + now, q, v, a, state, drive(now + 0.5 * h, q, v), h)
+                q, v, a, state = _step(arm, start + now, q, v, a, state, drive(now, q, v), h)
     return Trace(*kept)
 
 

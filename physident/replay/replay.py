@@ -16,7 +16,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.replay.arm import Arm
 from physident.replay.mujoco_simulator import MujocoArm
-from physident.replay.own_simulator import Drive, Trace, simulate_batch
+from physident.replay.own_simulator import STEP, Drive, Trace, simulate_batch
 from physident.replay.score import Replay, ReplayScore
 from physident.replay.windows import Windows, cut_windows, drive_torque, signals_of
 from physident.robots.robot import Robot
@@ -95,7 +95,7 @@ def _scored(
 ) -> tuple[ReplayScore, Trace]:
     model, robot = estimate.model, estimate.model.robot
     torque = drive_torque(model, windows)
-    free = _simulated(estimate, signals, windows, _interpolated(windows, torque), False, simulator)
+    free = _simulated(estimate, signals, windows, _interpolated(windows, torque, STEP / 2), False, simulator)
     error = free.q - windows.q
     ahead = np.where(np.isfinite(error[:, -1]), error[:, -1], AWAY)
     lost = float((np.abs(ahead) >= AWAY).any(axis=1).mean())
@@ -159,11 +159,11 @@ def _states(arm: Arm, signals: list[Signals], windows: Windows) -> Array:
     return result
 
 
-def _interpolated(windows: Windows, values: Array) -> Drive:
-    """Values (W, T, n) at any time of their clock, linear between samples, whatever the state."""
+def _interpolated(windows: Windows, values: Array, ahead: float = 0.0) -> Drive:
+    """Values (W, T, n) at a time ``ahead`` [s] of any time of their clock, linear between samples, whatever the state."""
 
     def at(time: float, q: Array, v: Array) -> Array:
-        place = min(max(time / windows.step, 0.0), len(windows.clock) - 1.0)
+        place = min((time + ahead) / windows.step, len(windows.clock) - 1.0)
         k = min(int(place), len(windows.clock) - 2)
         share = place - k
         return (1 - share) * values[:, k] + share * values[:, k + 1]
