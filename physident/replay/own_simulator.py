@@ -35,7 +35,7 @@ def simulate_batch(arm: Arm, clock: Array, start: Array, state: Array, q: Array,
     substeps = max(1, int(np.ceil((clock[1] - clock[0]) / STEP - 1e-9)))
     h = float(clock[1] - clock[0]) / substeps
     a = np.zeros_like(q)
-    kept = [np.empty((len(q), len(clock), q.shape[1])) for _ in range(3)]
+    kept: list[Array] = [np.empty((len(q), len(clock), q.shape[1])) for _ in range(3)]
     with np.errstate(over="ignore", invalid="ignore"):
         for k, time in enumerate(clock):
             for part, values in zip(kept, (q, v, drive(float(time), q, v)), strict=True):

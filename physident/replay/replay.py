@@ -125,11 +125,15 @@ def _scored(
 
 
 def _simulated(
-    estimate: Estimate, signals: list[Signals], windows: Windows, drive: Drive, closed: bool, simulator: Simulator
+    estimate: Estimate, signals: list[Signals], windows: Windows, command: Drive, closed: bool, simulator: Simulator
 ) -> Trace:
     """The simulated arms as the encoders show them."""
     arm = Arm(estimate.model)
     q, v = arm.true(windows.q[:, 0], windows.v[:, 0])
+
+    def drive(time: float, q: Array, v: Array) -> Array:
+        return command(time, *arm.measured(q, v))
+
     if simulator == "mujoco":
         machine = MujocoArm(estimate.model)
         state = np.zeros((0, len(q))) if machine.left_out is None else _states(machine.left_out, signals, windows)
