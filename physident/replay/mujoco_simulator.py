@@ -45,7 +45,8 @@ class MujocoArm:
         mujoco = mujoco_module()
         compiled = mujoco.MjModel.from_xml_string(self.exported.text)
         off = mujoco.mjtDisableBit
-        compiled.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT
+        # without a reset, an arm that runs away stays lost instead of returning to its first state
+        compiled.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_AUTORESET
         return compiled
 
     @cached_property

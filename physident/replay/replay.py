@@ -105,7 +105,9 @@ def _scored(
     measured = drive_torque(model, held)
     kept = _simulated(estimate, signals, held, _controller(measured, held, gains), True, simulator)
     settled = round(SETTLING / held.step)
-    difference = np.nan_to_num(kept.torque - measured)[:, settled:].transpose(0, 2, 1)
+    difference = kept.torque - measured
+    difference = np.where(np.isfinite(difference), difference, measured)  # of a lost arm, all torque is an error
+    difference = difference[:, settled:].transpose(0, 2, 1)
     filtered = estimate.filter.apply(difference.reshape(len(held) * robot.n, -1), 1 / held.step)
     filtered = filtered.reshape(len(held), robot.n, -1)
     following = np.nan_to_num(kept.q - held.q, nan=AWAY)[:, settled:]

@@ -19,7 +19,7 @@ class ReplayScore:
     After the horizon, under the measured torque: ``position`` (n,) [rad|m], ``velocity`` (n,) [rad/s|m/s] and ``tool`` [m].
     Along the recorded motion, held by the controller: ``torque`` (n,) [N m|N] that it adds to the measured one, after the
     model's filter, ``following`` (n,) [rad|m] and ``tool_following`` [m] against the measured motion. ``lost`` is the share of the
-    starts from which the arm is more than pi rad [m] away after the horizon, whose error counts as pi. ``stated`` lists what the simulator's
+    starts from which the arm is more than pi rad [m] away after the horizon, whose error counts as pi; all of the torque of a lost arm counts as error. ``stated`` lists what the simulator's
     file does not hold as the model does.
     """
 
