@@ -9,8 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
+from physident.effects.classification import Detection
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.export.held import described
 from physident.graphics.scene import link_poses, tool_path
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
@@ -121,9 +124,19 @@ def _scored(
             robot, (held.q[:, settled:] + following).reshape(-1, robot.n), held.q[:, settled:].reshape(-1, robot.n)
         ),
         lost=lost,
-        stated=MujocoArm(model).exported.stated if simulator == "mujoco" else (),
+        stated=(*(MujocoArm(model).exported.stated if simulator == "mujoco" else ()), *_not_simulated(model)),
     )
     return score, free
+
+
+def _not_simulated(model: Model) -> tuple[str, ...]:
+    """One line for each effect that neither simulator has: one of an event, or one that needs other instants."""
+    parts = [(e, theta) for e, theta in model.effect_parameters() if e.acts_on == "plant"]
+    return tuple(
+        f"not simulated: {described(effect, theta)}"
+        for effect, theta in parts
+        if effect.detection is Detection.BY_TIME or not (effect.pointwise or effect.state_size(model.robot))
+    )
 
 
 def _simulated(
