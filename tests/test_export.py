@@ -335,4 +335,4 @@ def test_command_line_writes_all_or_nothing(
     assert run(["export", "--model", str(good), *options]) == 0
     assert "not expressible in URDF: rotor_inertia" in capsys.readouterr().out
     assert all(path.exists() for path in out)
-    assert reader.robot_name(out[0].read_text(), "a.urdf") == "lumped"
+    assert reader.parse_urdf(out[0].read_text(), "a.urdf").get("name") == "lumped"

@@ -30,6 +30,7 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 
@@ -38,8 +39,8 @@ SILENT = 1e-9  # N m a unit: rounding
 
 def diagnose(
     model: Estimate | Model,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording] = (),
+    recordings: Recordings,
+    holdout: Recordings = (),
     filter: Filter | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
@@ -48,10 +49,11 @@ def diagnose(
 ) -> Diagnosis | AtRest:
     """What recordings show that a model does not: causes with their proof on left-out rows or recordings.
 
-    Recordings without any motion are compared with gravity and friction at standstill (``AtRest``); for all others see
+    ``recordings`` and ``holdout`` are one or several recordings, paths or patterns. Those without any motion are compared with gravity and friction at standstill (``AtRest``); for all others see
     ``diagnose_motion``, whose arguments and errors these are. Raises InputError for a holdout, a filter or offsets beside
     recordings at rest, which need motion.
     """
+    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     if not is_at_rest(recordings):
         return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets)
     if holdout or filter is not None or recording_offsets:
@@ -64,8 +66,8 @@ def diagnose(
 
 def diagnose_motion(
     model: Estimate | Model,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording] = (),
+    recordings: Recordings,
+    holdout: Recordings = (),
     filter: Filter | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
@@ -81,6 +83,7 @@ def diagnose_motion(
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
     before the search.
     """
+    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     question = choose_question(model, recordings)
     _check_options(model, recordings, filter, columns, recording_offsets)
     refuse_repeated(model, recordings, holdout)
@@ -188,6 +191,12 @@ def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
             reason = "of a joint that does not move"
         result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
+
+
+def _listed(model: Estimate | Model, given: Recordings, columns: str | None) -> list[Recording]:
+    estimate = model if isinstance(model, Estimate) else None
+    robot = model.robot if isinstance(model, Model) else model.model.robot
+    return as_recordings(given, robot, estimate.layout if estimate else columns)
 
 
 def _used(recordings: Sequence[Recording], role: Role) -> tuple[UsedRecording, ...]:

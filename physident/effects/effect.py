@@ -86,6 +86,8 @@ class Effect(ABC):
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
+    settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
+    dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of
     # inertia and gravity ``load``, the torque without measurement effects ``motor``, the time ``t`` since the start, the
@@ -133,6 +135,12 @@ class Effect(ABC):
     def nominal(self, robot: Robot) -> Array:
         """Parameters (k,) that the robot's description states; zero where it states none."""
         return np.zeros(len(self.columns(robot)))
+
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """The effect as the robot's description states it; none where the description gives it no size."""
+        overridden = cls.nominal is not Effect.nominal
+        return (cls(),) if overridden and cls().nominal(robot).any() else ()
 
     # what is physically possible
 
@@ -190,6 +198,10 @@ class Effect(ABC):
     def moved_to_start(self) -> tuple[Effect, float]:
         """The effect with its times moved to the start of any motion, and how long [s] that motion must last."""
         return self, 0.0
+
+    def transition(self, robot: Robot) -> Array | None:
+        """Speeds (n,) [rad/s|m/s] over which it lets the sign of dry friction turn; None where it says nothing of it."""
+        return None
 
     def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
         """The lowest cutoff [Hz] of the common filter that lets its torque pass; 0 where any cutoff will do."""

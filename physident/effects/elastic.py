@@ -32,6 +32,9 @@ class JointSpring(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.q.T[self.active(robot)]
 
+    def nominal(self, robot: Robot) -> Array:
+        return robot.spring_stiffness[self.active(robot)]
+
     def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
         return tuple(JointTerm((j,), stiffness=float(K)) for j, K in zip(self.active(robot), theta, strict=True))
 

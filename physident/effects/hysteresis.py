@@ -31,6 +31,7 @@ class PreslidingHysteresis(Effect):
     name: ClassVar[str] = "presliding_hysteresis"
     unit: ClassVar[str] = "N m/rad"
     family: ClassVar[Family] = Family.FRICTION
+    dry: ClassVar[bool] = True
     pointwise: ClassVar[bool] = False
     shape_parameters: ClassVar = (
         ShapeParameter("distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),

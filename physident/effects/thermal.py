@@ -10,7 +10,7 @@ import numpy as np
 
 from physident.effects.classification import Family
 from physident.effects.effect import Array, Column, Effect, ShapeParameter
-from physident.effects.friction import SMOOTH_SIGN_SOURCE, smooth_sign
+from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -34,6 +34,7 @@ class WarmUp(Effect):
     name: ClassVar[str] = "warm_up"
     unit: ClassVar[str] = "N m, N m s/rad"
     family: ClassVar[Family] = Family.FRICTION
+    dry: ClassVar[bool] = True
     shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
     formulas: ClassVar[tuple[str, ...]] = (
         f"{SMOOTH_SIGN_SOURCE} * np.exp(-t / {{time_constant}})",
@@ -83,7 +84,7 @@ class WarmUp(Effect):
         else:
             weight = signals.temperature.T[active] - self.reference_temperature
         v = signals.v.T[active]
-        return np.stack([weight * smooth_sign(v), weight * v], axis=1).reshape(-1, len(signals.time))
+        return np.stack([weight * sign_of_velocity(signals, active), weight * v], axis=1).reshape(-1, len(signals.time))
 
 
 def is_warming(temperature: Array) -> bool:

@@ -17,7 +17,7 @@ from physident.estimation.physical.certificate import Certificate
 from physident.estimation.shape_uncertainty import FoundShape
 from physident.files import naming, read_json
 from physident.json_records import NotNegative, Positive, RecordReader, Share
-from physident.recordings.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading
 from physident.recordings.recording import check_gains
 from physident.recordings.signals import Filter
 
@@ -80,7 +80,7 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
     _check_shares(estimate)
     _check_shape_parameters(estimate)
     if estimate.layout is not None:
-        ColumnLayout.parse(estimate.layout)
+        Reading.parse(estimate.layout)
     if estimate.drive_gains is not None:
         check_gains(estimate.drive_gains, estimate.model.robot.n, "the model")
     return estimate

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.recordings.channels import BadRow
 from physident.recordings.preparation import prepare
-from physident.recordings.recording import BadRow, Recording
+from physident.recordings.recording import Recording
+from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter
 
 Array = NDArray[np.float64]
@@ -22,7 +24,7 @@ MIN_REST = 0.3  # s: a shorter standstill is a reversal
 class Inspection:
     """Facts about one recording of n joints.
 
-    ``rate`` [Hz] from the median step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
+    ``rate`` [Hz] from the typical step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
     steps; ``position`` (n, 2) [rad|m] and ``effort`` (n, 2) [N m|A] ranges, ``speed`` (n,) [rad/s|m/s] maximum;
     ``velocity_error`` (n,) [%] and ``velocity_delay`` (n,) [s] of the measured velocity relative to the derivative of
     position, NaN where velocity is not measured or the joint stands still; ``rest`` the intervals [s] of standstill;
@@ -56,7 +58,7 @@ class Inspection:
 def inspect_recording(recording: Recording) -> Inspection:
     """Facts about a recording; works for currents without drive gains. Raises InputError for a recording without a contiguous part."""
     step = np.diff(recording.time)
-    rate = 1 / float(np.median(step))
+    rate = 1 / typical_step(recording.time)
     wide = Filter(cutoff=min(10.0, 0.3 * rate))
     unit = recording.with_drive_gains([1.0] * recording.n) if recording.effort_kind == "current" else recording
     signals = prepare(unit, wide)

@@ -23,6 +23,7 @@ from physident.estimation.physical.cones import Cones, MatrixInequality
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import Compressed, compress
 from physident.recordings.checks import refuse_duplicates
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
@@ -36,7 +37,7 @@ SETTLED = 1e-6  # change of the load from one round to the next
 MIN_TORQUE = 0.25  # a joint whose load torque is a smaller share of its residual is not evaluated alone
 
 
-def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: int = 0) -> Payload:
+def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) -> Payload:
     """The load on the last link that explains the residual of the arm's model in recordings.
 
     The arm's parameters are those of ``estimate``; the load is a rigid body (pseudo-inertia positive semidefinite). The
@@ -45,8 +46,9 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
     that cannot be the arm's, or a motion that does not show all ten parameters; NotSolvedError where no optimum can be
     proved.
     """
-    _refuse_fitted(estimate, recordings)
     model = estimate.model
+    recordings = as_recordings(recordings, model.robot, estimate.layout)
+    _refuse_fitted(estimate, recordings)
     if not any(effect.name == "rigid_body" for effect in model.effects):
         raise InputError(
             "the model has no rigid_body effect, so no link that could carry a load; identify one with it in --effects"
