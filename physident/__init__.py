@@ -53,6 +53,11 @@ _PUBLIC = {
     "random_trajectory": "excitation.motion.trajectory",
     "UrdfExport": "export.urdf",
     "export_urdf": "export.urdf",
+    "MjcfExport": "export.mjcf.mjcf",
+    "export_mjcf": "export.mjcf.mjcf",
+    "patch_mjcf": "export.mjcf.patch",
+    "export_c": "export.code",
+    "export_casadi": "export.code",
     "export_python": "export.python",
     "export_parameters": "export.parameters",
     "Identifiability": "identifiability.identifiability",
@@ -113,6 +118,9 @@ if TYPE_CHECKING:
     from physident.excitation.discrimination import Discrimination
     from physident.excitation.motion.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.excitation.recording_session import Session, design_session
+    from physident.export.code import export_c, export_casadi
+    from physident.export.mjcf.mjcf import MjcfExport, export_mjcf
+    from physident.export.mjcf.patch import patch_mjcf
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 COMMANDS = {  # by folder, in the order of --help
     "recordings": ("demo", "inspect", "design", "simulate"),
-    "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export"),
+    "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export", "replay"),
     "diagnosis": ("diagnose", "report", "view"),
 }
 

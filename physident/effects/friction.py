@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family
+from physident.effects.classification import Family, JointTerm
 from physident.effects.effect import Array, Cone, Effect, ShapeParameter, array_source, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -101,6 +101,9 @@ class ViscousFriction(VelocityFriction):
 
     def nominal(self, robot: Robot) -> Array:
         return robot.damping[self.active(robot)]
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), damping=float(Fv)) for j, Fv in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)
@@ -200,6 +203,9 @@ class CoulombFriction(VelocityFriction):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return state if self.presliding else self.values(robot, signals)
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), dry=float(Fc)) for j, Fc in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from physident.effects.classification import Family
 from physident.effects.effect import Array, Column, Effect, ShapeParameter
-from physident.effects.friction import sign_of_velocity
+from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -36,6 +36,10 @@ class WarmUp(Effect):
     family: ClassVar[Family] = Family.FRICTION
     dry: ClassVar[bool] = True
     shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
+    formulas: ClassVar[tuple[str, ...]] = (
+        f"{SMOOTH_SIGN_SOURCE} * np.exp(-t / {{time_constant}})",
+        "v * np.exp(-t / {time_constant})",
+    )
     signature: ClassVar[str] = "friction drifts slowly"
     mistaken_for: ClassVar[str] = "a change between sessions: record the same motion again later in the same session"
 
@@ -64,6 +68,10 @@ class WarmUp(Effect):
             start = float(np.mean([temperature[0].mean() for temperature in temperatures]))
             options.append(replace(cls(joints), reference_temperature=round(start, 1)))
         return options
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        """None where it follows a measured temperature, which is no argument of the exported function."""
+        return None if self.reference_temperature is not None else super().numpy_source(robot, theta)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         active = self.active(robot)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, Scope
+from physident.effects.classification import Family, JointTerm, Scope
 from physident.effects.effect import Array, Column, Cone, Effect, ShapeParameter, array_source, nonnegative
 from physident.effects.friction import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
@@ -93,6 +93,10 @@ class CoupledFriction(Effect):
             sign = sign_of_velocity(_summed(signals, j, k), [0])[0]
             entries += [sign, sign, motor_velocity, motor_velocity]
         return np.array(entries).reshape(-1, len(signals.time))
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        values = zip(self.pairs(robot), theta.reshape(-1, 2).tolist(), strict=True)
+        return tuple(JointTerm(pair, damping=Fv, dry=Fc) for pair, (Fc, Fv) in values)
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         """Friction of the summed velocity of each pair, on both joints: a row of P has a one at each joint of a pair."""

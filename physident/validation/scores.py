@@ -115,7 +115,7 @@ def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = 
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
-        _refuse_fitted(estimate, recordings)
+        refuse_fitted(estimate, recordings)
     return _score(estimate, recordings, predict(estimate, recordings))
 
 
@@ -156,8 +156,8 @@ def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: b
         )
     on = as_recordings(on, before.model.robot, before.layout)
     if not include_fitted:
-        _refuse_fitted(before, on)
-        _refuse_fitted(after, on)
+        refuse_fitted(before, on)
+        refuse_fitted(after, on)
     first, second = predict(before, on), predict(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))
@@ -178,7 +178,8 @@ def _or_dash(percent: float) -> str:
     return "-" if np.isnan(percent) else f"{percent:.2f}"
 
 
-def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+def refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+    """Raises InputError for a recording that the model was fitted to."""
     fitted = {source.sha256: source.path for source in estimate.sources}
     for recording in recordings:
         if recording.sha256 in fitted:

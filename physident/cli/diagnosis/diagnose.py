@@ -25,7 +25,7 @@ from physident.cli.options import (
     optional_robot,
     robot_of,
 )
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.dynamics.model import Model
@@ -69,6 +69,12 @@ def diagnose(
         bool,
         typer.Option("--recording-offsets", help="Allow the torque sensors' zero to drift between recordings."),
     ] = False,
+    simulator: Annotated[
+        str | None,
+        typer.Option(
+            "--simulator", metavar="NAME", help="Also simulate both models half a second ahead: mujoco or physident."
+        ),
+    ] = None,
     columns: ColumnsOption = None,
     topic: TopicOption = None,
     rate: RateOption = None,
@@ -94,6 +100,8 @@ def diagnose(
         raise InputError(
             "--effects and --model were both given, expected --effects with --robot only: a model has its effects"
         )
+    if simulator not in (None, "mujoco", "physident"):
+        raise InputError(f"--simulator is {simulator!r}, expected mujoco or physident")
     holdouts = holdout or []
     check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
     start = (
@@ -108,6 +116,13 @@ def diagnose(
     found = run(start, loaded, unseen, filter, seed, _print_progress, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
+    if simulator is not None and not isinstance(found, AtRest):
+        from physident.replay.gain import with_simulator
+
+        try:
+            found = with_simulator(found, loaded, unseen, simulator)  # pyright: ignore[reportArgumentType]
+        except InputError as error:  # the diagnosis stands without it
+            warn(f"not simulated: {error}")
     if json_out is not None:
         found.save(json_out)
     if isinstance(found, AtRest):

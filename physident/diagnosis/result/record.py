@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
+from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -28,7 +29,7 @@ class DiagnosisRecord:
     that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
-    autocorrelated. ``path`` and ``sha256`` are those of the file that it was read from.
+    autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``path`` and ``sha256`` are those of the file that it was read from.
     """
 
     question: Question
@@ -51,6 +52,7 @@ class DiagnosisRecord:
     seed: int
     incomplete: tuple[int, ...]
     recording_offsets: bool
+    simulated: Simulated | None = None
     path: Path | None = None
     sha256: str | None = None
 
@@ -88,6 +90,7 @@ class DiagnosisRecord:
             "incomplete": list(self.incomplete),
             "recording_offsets": self.recording_offsets,
             "seed": self.seed,
+            **({} if self.simulated is None else {"simulated": _plain(asdict(self.simulated))}),
             "version": VERSION,
             "model": self.model.as_dict(),
             "extended_model": None if self.extended is None else self.extended.as_dict(),
