@@ -1,0 +1,150 @@
+"""How measured gravity torque compares with the description's: gains, motor side, gravity taken out, another robot, upside down.
+
+The factor of the description's gravity is estimated beside inertia, rotor and friction, on the joints where gravity is
+large. A description's masses are right to some tens of per cent and a load adds to them, so that a factor from one half
+to two is healthy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.setup_checks.finding import SetupFinding, joint_list, within
+from physident.setup_checks.jackknife import Interval, jackknife
+from physident.setup_checks.joint_fit import Moments, coefficients, own_unexplained
+from physident.setup_checks.rows import Rows
+
+Array = NDArray[np.float64]
+STRONG = 0.3  # of the largest gravity torque of any joint: weaker ones depend on details of the description
+HEALTHY = (0.5, 2.0)  # factor of gravity: description and load together
+ANOTHER = (0.2, 5.0)  # beyond it no two arms with such joints differ: a unit or a gear ratio does
+ABSENT = 0.25  # factor below which gravity counts as taken out, if friction and inertia are as large as ever
+MINOR = 0.2  # of friction and inertia: a healthy arm's gravity is larger
+MOTOR_SIDE = 1 / 30  # factor: gears of arms have ratios of 30 to 200, and amperes are a tenth of newton metres
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GravityScale:
+    """Factors of the description's gravity torque: ``joints`` (n,) with their intervals, ``strong`` (n,) the joints with much of
+    it, ``common`` their mean weighted by gravity. ``other`` (n,) [N m] is the rest of each joint's fitted torque."""
+
+    joints: Interval
+    common: Interval
+    strong: NDArray[np.bool_]
+    size: Array
+    other: Array
+
+
+def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
+    """The factors of gravity; None for an arm whose gravity torque does not change."""
+    columns = rows.columns()
+    size = columns[:, :, 0].std(axis=1)
+    total = rows.centred(rows.torque).std(axis=0)
+    if not size.max() > 1e-3 * total.max():
+        return None
+    strong = (size >= STRONG * size.max()) & (size > 0)
+    whole = coefficients(moments)
+    replicates = np.array([coefficients(moments, b)[:, 0] for b in range(moments.blocks)])
+    weight = np.where(strong, size**2, 0.0) / np.where(strong, size**2, 0.0).sum()
+    other = np.einsum("jmk,jk->mj", columns[:, :, 1:], whole[:, 1:]).std(axis=0)
+    return GravityScale(
+        joints=jackknife(whole[:, 0], replicates),
+        common=jackknife(weight @ whole[:, 0], replicates @ weight),
+        strong=strong,
+        size=size,
+        other=other,
+    )
+
+
+def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
+    """What the factor of gravity says is wrong; None where it is healthy or not known well enough."""
+    scale = gravity_scale(rows, moments)
+    if scale is None or not rows.trusted:
+        return None
+    low, high, value = float(scale.common.low), float(scale.common.high), float(scale.common.value)
+    evidence = f"measured gravity torque is {value:.2g} ({low:.2g} to {high:.2g}) times the description's"
+    absent = _absent(scale)
+    if absent.any() and absent[scale.strong].all():
+        return SetupFinding(
+            kind="gravity_removed",
+            joints=(),
+            statement="the efforts hold no gravity: the driver or controller takes it out; record raw torques or currents",
+            evidence=evidence,
+            void=True,
+        )
+    if high < 0:
+        return SetupFinding(
+            kind="gravity_direction",
+            joints=(),
+            statement="gravity acts in the opposite direction: the arm hangs where the description stands, or the other way round;"
+            " correct gravity or the base of the description",
+            evidence=evidence,
+            void=True,
+        )
+    if high < HEALTHY[0] or low > HEALTHY[1]:
+        return _wrong_size(scale, evidence, value, effort_kind)
+    return _single_joints(scale, absent, rows.robot.n)
+
+
+def _absent(scale: GravityScale) -> NDArray[np.bool_]:
+    """Strong joints (n,) whose gravity is surely small beside the description's and beside their own friction and inertia."""
+    near_zero = (scale.joints.low > -ABSENT) & (scale.joints.high < ABSENT)
+    small = np.abs(scale.joints.value) * scale.size < MINOR * scale.other
+    return scale.strong & near_zero & small
+
+
+def _wrong_size(scale: GravityScale, evidence: str, value: float, effort_kind: str) -> SetupFinding:
+    strong = np.flatnonzero(scale.strong)
+    alike = (scale.joints.high[strong] < HEALTHY[0]).all() or (scale.joints.low[strong] > HEALTHY[1]).all()
+    if ANOTHER[0] < value < ANOTHER[1] or not alike:
+        return SetupFinding(
+            kind="description",
+            joints=(),
+            statement="the description is of another robot than the recording, or the drive gains are far off; check the robot",
+            evidence=evidence,
+            void=True,
+        )
+    if effort_kind == "current":
+        kind, what = "drive_gains", f"the drive gains are {1 / value:.2g} times too {'small' if value < 1 else 'large'}"
+        what = what if value < 1 else f"the drive gains are {value:.2g} times too large"
+        cure = "correct the drive gains [N m/A]"
+    elif value < MOTOR_SIDE:
+        kind, what, cure = "motor_torque", "the efforts are torques of the motors, before the gears", "multiply by gear ratio"
+    elif value < 1:
+        kind, what, cure = "motor_current", "the efforts are motor currents [A], not torques", "name them current and give drive gains"
+    else:
+        kind, what, cure = "effort_unit", "the efforts are in another unit than N m", "convert them to N m"
+    return SetupFinding(kind=kind, joints=(), statement=f"{what}; {cure}", evidence=evidence, void=True)
+
+
+def _single_joints(scale: GravityScale, absent: NDArray[np.bool_], n: int) -> SetupFinding | None:
+    """Strong joints whose own factor is beyond what any description or load explains, while the arm's is healthy."""
+    outside = scale.strong & ((scale.joints.high < ANOTHER[0]) | (scale.joints.low > ANOTHER[1]) | absent)
+    if not outside.any():
+        return None
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(outside))
+    listed = ", ".join(f"{scale.joints.value[j - 1]:.2g} on joint {j}" for j in joints)
+    evidence = f"factor of the description's gravity: {listed}, {float(scale.common.value):.2g} on the arm"
+    if absent[outside].all():
+        return SetupFinding(
+            kind="mixture",
+            joints=joints,
+            statement=f"gravity is taken out of the efforts of {within(joints, n)} but not of the others; record one kind of channel",
+            evidence=evidence,
+            void=True,
+        )
+    return SetupFinding(
+        kind="joint_gain",
+        joints=joints,
+        statement=f"the effort of {joint_list(joints)} is out of proportion with the other joints; check its drive gain or unit",
+        evidence=evidence,
+        void=True,
+    )
+
+
+def fits_well(moments: Moments) -> bool:
+    """Whether the description explains most of the efforts as they are."""
+    return bool(np.median(own_unexplained(moments)) < 0.5)

@@ -1,0 +1,178 @@
+"""Which sign and order of the channels fits the description: efforts turned over, efforts of other joints, joints in another order.
+
+Every channel of effort is held against every joint. A hypothesis says which joint each channel belongs to, and with which
+sign. It is stated if it leaves at most half of the variance that the recording as it is leaves, on each joint that it
+changes, and if that does not hang on one block of time.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.setup_checks.finding import SetupFinding, joint_list, within
+from physident.setup_checks.jackknife import jackknife
+from physident.setup_checks.joint_fit import CERTAIN, Moments, moments_of, own_unexplained, unexplained
+from physident.setup_checks.rows import Rows
+
+Array = NDArray[np.float64]
+Order = NDArray[np.intp]
+TWICE = float(np.log(2.0))  # a mistake is stated where it explains away half of what is left, and more
+LOSS = float(np.log(1.5))  # what a joint may lose by a hypothesis about all joints
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Hypothesis:
+    """Channel i belongs to joint ``order[i]`` (n,), with ``sign[i]`` (n,) of 1 or -1."""
+
+    order: Order
+    sign: Array
+
+    @property
+    def changed(self) -> NDArray[np.bool_]:
+        """The channels (n,) that it says something about."""
+        return (self.order != np.arange(len(self.order))) | (self.sign < 0)
+
+    def gains(self, shares: tuple[Array, Array]) -> Array:
+        """Logarithm (n,) of the share that a channel leaves as it is, over the share that it leaves by this hypothesis."""
+        rows = np.arange(len(self.order))
+        as_is = shares[0][rows, rows]
+        by_it = np.where(self.sign > 0, shares[0][rows, self.order], shares[1][rows, self.order])
+        return np.log(np.maximum(as_is, CERTAIN) / np.maximum(by_it, CERTAIN))
+
+
+def check_order(moments: Moments) -> SetupFinding | None:
+    """The sign or order of the effort channels that explains them, where the recording's own does not."""
+    shares = unexplained(moments)
+    n = len(shares[0])
+    simple = [h for h in _simple(shares) if _convinces(h, h.gains(shares))]
+    best = max(simple, key=lambda h: float(h.gains(shares).sum()), default=None)
+    general = _general(shares)
+    if general.changed.any() and _convinces(general, general.gains(shares)):
+        # a general order has many more ways to fit than a simple one, and has to be twice as good on one joint more
+        margin = 0.0 if best is None else float(best.gains(shares).sum()) + TWICE
+        best = general if float(general.gains(shares).sum()) > margin else best
+    if best is None:
+        return None
+    replicates = np.array([best.gains(unexplained(moments, b))[best.changed].sum() for b in range(moments.blocks)])
+    whole = np.array(best.gains(shares)[best.changed].sum())
+    if jackknife(whole, replicates).low <= 0:
+        return None
+    return _finding(best, shares, n)
+
+
+def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
+    """The order of joints, positions and efforts alike, with which the description explains the efforts."""
+    n = rows.robot.n
+    as_is = own_unexplained(moments)
+    found: tuple[float, Order, Moments, Array] | None = None
+    for order in _orders(n):
+        other = moments_of(rows.relabelled(order))
+        gains = np.log(np.maximum(as_is[order], CERTAIN) / np.maximum(own_unexplained(other), CERTAIN))
+        moved = order != np.arange(n)
+        total = float(gains.sum())
+        if gains.min() > -LOSS and total > TWICE * moved.sum() and (found is None or total > found[0]):
+            found = (total, order, other, gains)
+    if found is None:
+        return None
+    total, order, other, _ = found
+    replicates = np.array([_total_gain(moments, other, order, b) for b in range(moments.blocks)])
+    if jackknife(np.array(total), replicates).low <= 0:
+        return None
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(order != np.arange(n)))
+    mean = 100 * float(own_unexplained(other).mean())
+    return SetupFinding(
+        kind="joint_order",
+        joints=joints,
+        statement=f"{joint_list(joints)} are in another order than in the description, positions and efforts alike: {_mapping(order)};"
+        " correct the order of the columns",
+        evidence=f"in that order the description leaves {mean:.0f} % of the variance instead of {100 * as_is.mean():.0f} %, mean over joints",
+        void=True,
+    )
+
+
+def _total_gain(moments: Moments, other: Moments, order: Order, block: int) -> float:
+    as_is, by_it = own_unexplained(moments, block)[order], own_unexplained(other, block)
+    return float(np.log(np.maximum(as_is, CERTAIN) / np.maximum(by_it, CERTAIN)).sum())
+
+
+def _convinces(hypothesis: Hypothesis, gains: Array) -> bool:
+    changed = gains[hypothesis.changed]
+    if hypothesis.changed.all() and len(gains) > 1 and (hypothesis.sign < 0).all():
+        # of all joints together: one whose torque hardly follows the description may be undecided
+        return bool(changed.mean() >= TWICE and changed.min() > -LOSS)
+    return bool(changed.min() >= TWICE)
+
+
+def _simple(shares: tuple[Array, Array]) -> Iterator[Hypothesis]:
+    """All signs turned over; those of some joints; two joints swapped; the order reversed or shifted."""
+    n = len(shares[0])
+    as_is, plus = np.arange(n), np.ones(n)
+    yield Hypothesis(order=as_is, sign=-plus)
+    single = np.log(np.maximum(np.diag(shares[0]), CERTAIN) / np.maximum(np.diag(shares[1]), CERTAIN))
+    if (single >= TWICE).any():
+        yield Hypothesis(order=as_is, sign=np.where(single >= TWICE, -plus, plus))
+    for order in _orders(n):
+        yield Hypothesis(order=order, sign=plus)
+    for shift in range(1, n if n > 2 else 1):
+        yield Hypothesis(order=np.roll(as_is, shift), sign=plus)
+
+
+def _orders(n: int) -> Iterator[Order]:
+    """Two joints swapped, and all of them reversed."""
+    for i, j in itertools.combinations(range(n), 2):
+        order = np.arange(n)
+        order[[i, j]] = j, i
+        yield order
+    if n > 3:
+        yield np.arange(n)[::-1].copy()
+
+
+def _general(shares: tuple[Array, Array]) -> Hypothesis:
+    """The best of all orders and signs."""
+    from scipy.optimize import linear_sum_assignment
+
+    left = np.log(np.maximum(np.minimum(*shares), CERTAIN))
+    _, order = linear_sum_assignment(left)
+    rows = np.arange(len(order))
+    return Hypothesis(order=order, sign=np.where(shares[0][rows, order] <= shares[1][rows, order], 1.0, -1.0))
+
+
+def _finding(found: Hypothesis, shares: tuple[Array, Array], n: int) -> SetupFinding:
+    rows = np.flatnonzero(found.changed)
+    joints = tuple(int(j) + 1 for j in rows)
+    as_is = 100 * shares[0][rows, rows].mean()
+    by_it = 100 * np.where(found.sign > 0, shares[0][np.arange(n), found.order], shares[1][np.arange(n), found.order])[rows].mean()
+    evidence = f"the description leaves {as_is:.0f} % of their variance as they are and {by_it:.0f} % so"
+    if (found.order == np.arange(n)).all():
+        return SetupFinding(
+            kind="effort_sign",
+            joints=joints,
+            statement=f"the effort of {within(joints, n)} has the wrong sign: friction would drive the motion, or gravity lift the arm;"
+            " turn its sign over",
+            evidence=evidence,
+            void=True,
+        )  # fmt: skip
+    turned = tuple(int(j) + 1 for j in np.flatnonzero(found.sign < 0))
+    signs = f", with the sign of {joint_list(turned)} turned over" if turned else ""
+    reverse = (found.order == np.arange(n)[::-1]).all() and n > 2
+    how = "in reverse order" if reverse else f"in another order: {_mapping(found.order)}"
+    return SetupFinding(
+        kind="effort_order",
+        joints=joints,
+        statement=f"the efforts of {joint_list(joints)} are {how}{signs}; correct the order of the effort columns",
+        evidence=evidence,
+        void=True,
+    )
+
+
+def _mapping(order: Order) -> str:
+    """Which joint each moved channel belongs to, in words."""
+    moved = [k for k in range(len(order)) if order[k] != k]
+    if len(moved) == 2:
+        return f"those of {joint_list([moved[0] + 1, moved[1] + 1])} are swapped"
+    return ", ".join(f"column {k + 1} is joint {order[k] + 1}" for k in moved)
