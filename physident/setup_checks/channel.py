@@ -1,0 +1,96 @@
+"""What the effort channel is: of a geared motor, of a sensor behind the gear, or a model's; or one kind on some joints, another on others.
+
+Friction of a geared joint is a tenth of its gravity and inertia torque or far more. A sensor behind the gear shows hardly any,
+and neither does the torque of a rigid-body model, which has no noise either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.recordings.recording import Recording
+from physident.setup_checks.finding import SetupFinding, joint_list
+from physident.setup_checks.gravity import STRONG
+from physident.setup_checks.jackknife import Interval, jackknife
+from physident.setup_checks.joint_fit import Moments, coefficients
+from physident.setup_checks.rows import Rows
+
+Array = NDArray[np.float64]
+NO_FRICTION = 0.08  # of inertia and gravity: gears of arms lose more
+FRICTION = 0.15  # of inertia and gravity: no sensor behind the gear shows as much
+EXACT = 1e-3  # of the effort's standard deviation: current and torque sensors have more noise
+UNLIKE = 30.0  # noise of one joint over that of another, both relative: sensors of one arm are not so different
+
+
+def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording]) -> SetupFinding | None:
+    """What kind of channel the efforts are, where they are not those of geared motors on all joints."""
+    noise = relative_noise(recordings)
+    exact = noise < EXACT / 10
+    noisy = noise > UNLIKE * EXACT / 10
+    if exact.any() and noisy.any() and (exact | noisy).all():
+        return _mixture(exact, "have no noise, as a model's torque", f"noise up to {noise[exact].max():.1e} and from {noise[noisy].min():.1e} of the effort")
+    share, strong = friction_share(rows, moments)
+    free, geared = strong & (share.high < NO_FRICTION), strong & (share.low > FRICTION)
+    if free.any() and geared.any() and (free | geared)[strong].all():
+        values = f"friction at most {100 * share.high[free].max():.0f} % and at least {100 * share.low[geared].min():.0f} % of inertia and gravity torque"
+        return _mixture(free, "hold no friction", values)
+    if not (free[strong].all() and strong.any()):
+        return None
+    joints = joint_list(np.flatnonzero(strong) + 1)
+    evidence = f"friction is at most {100 * share.high[strong].max():.1f} % of the inertia and gravity torque of {joints}"
+    if noise[strong].max() < EXACT:
+        return SetupFinding(
+            kind="model_torque",
+            joints=(),
+            statement="the efforts are a model's torque, not a measurement: they hold neither noise nor friction; record measured torques or currents",
+            evidence=f"{evidence}, noise {noise[strong].max():.1e} of the effort",
+            void=True,
+        )  # fmt: skip
+    return SetupFinding(
+        kind="link_side",
+        joints=(),
+        statement="the efforts are measured behind the gears, at the links: rotor inertia and friction of the gears are not in them",
+        evidence=evidence,
+        void=False,
+    )
+
+
+def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.bool_]]:
+    """Friction of each joint (n,) over its inertia and gravity torque, and which joints (n,) have much of the latter."""
+    columns = rows.columns()
+
+    def shares(block: int | None) -> Array:
+        theta = coefficients(moments, block)
+        parts = columns * theta[:, None, :]
+        rigid, friction = parts[:, :, :3].sum(axis=2).std(axis=1), parts[:, :, 3:].sum(axis=2).std(axis=1)
+        return friction / np.maximum(rigid, 1e-12 * max(float(rigid.max()), 1e-12))
+
+    nominal = columns[:, :, :2].sum(axis=2).std(axis=1)
+    replicates = np.array([shares(block) for block in range(moments.blocks)])
+    return jackknife(shares(None), replicates), nominal >= STRONG * nominal.max()
+
+
+def relative_noise(recordings: Sequence[Recording]) -> Array:
+    """Noise (n,) of each channel from sample to sample, over its standard deviation; the largest of the recordings."""
+    worst = np.zeros(recordings[0].n)
+    for recording in recordings:
+        size = recording.effort.std(axis=0)
+        third = np.diff(recording.effort, 3, axis=0)
+        # of white noise a third difference has 20 times the variance; 0.6745 turns a median into a standard deviation
+        noise = np.median(np.abs(third), axis=0) / (0.6745 * np.sqrt(20.0))
+        worst = np.maximum(worst, noise / np.where(size > 0, size, np.inf))
+    return worst
+
+
+def _mixture(chosen: NDArray[np.bool_], what: str, evidence: str) -> SetupFinding:
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(chosen))
+    return SetupFinding(
+        kind="mixture",
+        joints=joints,
+        statement=f"the efforts are of two kinds: those of {joint_list(joints)} {what}, the others do; record one kind of channel",
+        evidence=evidence,
+        void=True,
+    )
