@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from physident.recordings.recording import Recording
 from physident.setup_checks.finding import SetupFinding, joint_list
-from physident.setup_checks.gravity import STRONG
 from physident.setup_checks.jackknife import Interval, jackknife
 from physident.setup_checks.joint_fit import Moments, coefficients
 from physident.setup_checks.rows import Rows
@@ -68,9 +67,8 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
         rigid, friction = parts[:, :, :3].sum(axis=2).std(axis=1), parts[:, :, 3:].sum(axis=2).std(axis=1)
         return friction / np.maximum(rigid, 1e-12 * max(float(rigid.max()), 1e-12))
 
-    nominal = columns[:, :, :2].sum(axis=2).std(axis=1)
     replicates = np.array([shares(block) for block in range(moments.blocks)])
-    return jackknife(shares(None), replicates), nominal >= STRONG * nominal.max()
+    return jackknife(shares(None), replicates), rows.strong()
 
 
 def relative_noise(recordings: Sequence[Recording]) -> Array:

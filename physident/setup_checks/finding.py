@@ -12,7 +12,8 @@ class SetupFinding:
     """A statement about how recordings and description fit together.
 
     ``kind`` is one word for the mistake, ``joints`` (from 1) where it is, empty for the whole arm; ``statement`` names
-    the mistake and what to do, ``evidence`` gives the figures behind it. ``void``: a model of these recordings would be wrong.
+    the mistake and what to do, ``evidence`` gives the figures behind it. ``rivals`` are other
+    mistakes, in words, that look the same in these recordings. ``void``: a model of these recordings would be wrong.
     """
 
     kind: str
@@ -20,13 +21,15 @@ class SetupFinding:
     statement: str
     evidence: str
     void: bool
+    rivals: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return f"{self.statement} ({self.evidence})"
+        others = f"; or {'; or '.join(self.rivals)}" if self.rivals else ""
+        return f"{self.statement}{others} ({self.evidence})"
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain numbers and texts for JSON."""
-        return asdict(self) | {"joints": list(self.joints)}
+        return asdict(self) | {"joints": list(self.joints), "rivals": list(self.rivals)}
 
 
 def joint_list(joints: Iterable[int]) -> str:

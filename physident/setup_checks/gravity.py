@@ -15,27 +15,33 @@ from numpy.typing import NDArray
 from physident.setup_checks.finding import SetupFinding, joint_list, within
 from physident.setup_checks.jackknife import Interval, jackknife
 from physident.setup_checks.joint_fit import Moments, coefficients, own_unexplained
-from physident.setup_checks.rows import Rows
+from physident.setup_checks.rows import STRONG, Rows
 
 Array = NDArray[np.float64]
-STRONG = 0.3  # of the largest gravity torque of any joint: weaker ones depend on details of the description
 HEALTHY = (0.5, 2.0)  # factor of gravity: description and load together
 ANOTHER = (0.2, 5.0)  # beyond it no two arms with such joints differ: a unit or a gear ratio does
 ABSENT = 0.25  # factor below which gravity counts as taken out, if friction and inertia are as large as ever
 MINOR = 0.2  # of friction and inertia: a healthy arm's gravity is larger
+UNEXPLAINED = 0.3  # share of variance: where gravity is truly taken out, friction and inertia are all there is
+HEALTHY_INERTIA = (0.3, 5.0)  # factor of inertia: rotors add their own, a sensor behind the gear may see less
+ANOTHER_INERTIA = (0.15, 10.0)  # inertia grows with the square of lengths
 MOTOR_SIDE = 1 / 30  # factor: gears of arms have ratios of 30 to 200, and amperes are a tenth of newton metres
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GravityScale:
     """Factors of the description's gravity torque: ``joints`` (n,) with their intervals, ``strong`` (n,) the joints with much of
-    it, ``common`` their mean weighted by gravity. ``other`` (n,) [N m] is the rest of each joint's fitted torque."""
+    it, ``common`` their mean weighted by gravity. ``size`` (n,) [N m] is the description's gravity torque, ``other`` (n,) [N m] the
+    rest of each joint's fitted torque, ``left`` (n,) the share of variance that the fit leaves, ``dissipated`` (n,) [W] the
+    power of friction."""
 
     joints: Interval
     common: Interval
     strong: NDArray[np.bool_]
     size: Array
     other: Array
+    left: Array
+    dissipated: Array
 
 
 def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
@@ -49,21 +55,27 @@ def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
     whole = coefficients(moments)
     replicates = np.array([coefficients(moments, b)[:, 0] for b in range(moments.blocks)])
     weight = np.where(strong, size**2, 0.0) / np.where(strong, size**2, 0.0).sum()
-    other = np.einsum("jmk,jk->mj", columns[:, :, 1:], whole[:, 1:]).std(axis=0)
+    fitted = columns * whole[:, None, :]
+    other = fitted[:, :, 1:].sum(axis=2).std(axis=1)
+    friction = fitted[:, :, 3:].sum(axis=2)
     return GravityScale(
         joints=jackknife(whole[:, 0], replicates),
         common=jackknife(weight @ whole[:, 0], replicates @ weight),
         strong=strong,
         size=size,
         other=other,
+        left=own_unexplained(moments),
+        dissipated=(friction * rows.centred(rows.v).T).mean(axis=1),
     )
 
 
 def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
     """What the factor of gravity says is wrong; None where it is healthy or not known well enough."""
     scale = gravity_scale(rows, moments)
-    if scale is None or not rows.trusted:
+    if not rows.trusted:
         return None
+    if scale is None:
+        return _without_gravity(rows, moments, effort_kind)
     low, high, value = float(scale.common.low), float(scale.common.high), float(scale.common.value)
     evidence = f"measured gravity torque is {value:.2g} ({low:.2g} to {high:.2g}) times the description's"
     absent = _absent(scale)
@@ -76,14 +88,7 @@ def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFindin
             void=True,
         )
     if high < 0:
-        return SetupFinding(
-            kind="gravity_direction",
-            joints=(),
-            statement="gravity acts in the opposite direction: the arm hangs where the description stands, or the other way round;"
-            " correct gravity or the base of the description",
-            evidence=evidence,
-            void=True,
-        )
+        return _opposite(scale, evidence, rows.robot.n)
     if high < HEALTHY[0] or low > HEALTHY[1]:
         return _wrong_size(scale, evidence, value, effort_kind)
     return _single_joints(scale, absent, rows.robot.n)
@@ -93,31 +98,75 @@ def _absent(scale: GravityScale) -> NDArray[np.bool_]:
     """Strong joints (n,) whose gravity is surely small beside the description's and beside their own friction and inertia."""
     near_zero = (scale.joints.low > -ABSENT) & (scale.joints.high < ABSENT)
     small = np.abs(scale.joints.value) * scale.size < MINOR * scale.other
-    return scale.strong & near_zero & small
+    return scale.strong & near_zero & small & (scale.left < UNEXPLAINED)
+
+
+def _opposite(scale: GravityScale, evidence: str, n: int) -> SetupFinding:
+    """Gravity of the wrong sign: where friction is of the right one, the arm hangs the other way round."""
+    driving = scale.strong & (scale.dissipated < 0)
+    if driving.any():
+        joints = tuple(int(j) + 1 for j in np.flatnonzero(driving))
+        return SetupFinding(
+            kind="effort_sign",
+            joints=joints,
+            statement=f"the effort of {within(joints, n)} has the wrong sign; its friction drives the motion: turn the sign over",
+            evidence=evidence,
+            void=True,
+        )
+    return SetupFinding(
+        kind="gravity_direction",
+        joints=(),
+        statement="gravity acts in the opposite direction: the arm hangs where the description stands, or the other way round;"
+        " correct gravity or the base of the description",
+        evidence=evidence,
+        void=True,
+    )
+
+
+def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
+    """The same for an arm whose gravity torque does not change, by its inertia with that of its rotors."""
+    strong = rows.strong()
+    columns = rows.columns()
+
+    def factor(block: int | None) -> Array:
+        theta = coefficients(moments, block)
+        rigid = np.einsum("jmk,jk->jm", columns[:, :, 1:3], theta[:, 1:3])
+        nominal = columns[:, :, 1]
+        own = (rigid * nominal).sum(axis=1)[strong] / np.maximum((nominal**2).sum(axis=1)[strong], 1e-30)
+        return np.array(np.exp(np.mean(np.log(np.maximum(own, 1e-6)))))
+
+    found = jackknife(factor(None), np.array([factor(b) for b in range(moments.blocks)]))
+    if float(found.high) > HEALTHY_INERTIA[0] and float(found.low) < HEALTHY_INERTIA[1]:
+        return None
+    value = float(found.value)
+    evidence = f"measured inertia torque is {value:.2g} ({float(found.low):.2g} to {float(found.high):.2g}) times the description's"
+    return _size_finding(evidence, value, effort_kind, ANOTHER_INERTIA)
 
 
 def _wrong_size(scale: GravityScale, evidence: str, value: float, effort_kind: str) -> SetupFinding:
     strong = np.flatnonzero(scale.strong)
     alike = (scale.joints.high[strong] < HEALTHY[0]).all() or (scale.joints.low[strong] > HEALTHY[1]).all()
-    if ANOTHER[0] < value < ANOTHER[1] or not alike:
-        return SetupFinding(
-            kind="description",
-            joints=(),
-            statement="the description is of another robot than the recording, or the drive gains are far off; check the robot",
-            evidence=evidence,
-            void=True,
-        )
+    return _size_finding(evidence, value, effort_kind, ANOTHER if alike else (0.0, np.inf))
+
+
+def _size_finding(evidence: str, value: float, effort_kind: str, another: tuple[float, float]) -> SetupFinding:
+    """Efforts of another size than the description's: of another robot within ``another``, else in another unit."""
     if effort_kind == "current":
-        kind, what = "drive_gains", f"the drive gains are {1 / value:.2g} times too {'small' if value < 1 else 'large'}"
-        what = what if value < 1 else f"the drive gains are {value:.2g} times too large"
-        cure = "correct the drive gains [N m/A]"
+        what = f"the drive gains are {1 / value:.2g} times too small" if value < 1 else f"the drive gains are {value:.2g} times too large"
+        kind, cure = "drive_gains", "correct the drive gains [N m/A]"
     elif value < MOTOR_SIDE:
         kind, what, cure = "motor_torque", "the efforts are torques of the motors, before the gears", "multiply by gear ratio"
     elif value < 1:
         kind, what, cure = "motor_current", "the efforts are motor currents [A], not torques", "name them current and give drive gains"
     else:
         kind, what, cure = "effort_unit", "the efforts are in another unit than N m", "convert them to N m"
-    return SetupFinding(kind=kind, joints=(), statement=f"{what}; {cure}", evidence=evidence, void=True)
+    other = "the description is of another robot than the recording"
+    if another[0] < value < another[1]:
+        return SetupFinding(
+            kind="description", joints=(), statement=f"{other}; check the robot", evidence=evidence, void=True, rivals=(what,)
+        )
+    rivals = (other,) if another[0] / 2 < value < another[1] * 2 else ()
+    return SetupFinding(kind=kind, joints=(), statement=f"{what}; {cure}", evidence=evidence, void=True, rivals=rivals)
 
 
 def _single_joints(scale: GravityScale, absent: NDArray[np.bool_], n: int) -> SetupFinding | None:

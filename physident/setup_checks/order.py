@@ -8,29 +8,30 @@ changes, and if that does not hang on one block of time.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.setup_checks.finding import SetupFinding, joint_list, within
-from physident.setup_checks.jackknife import jackknife
 from physident.setup_checks.joint_fit import CERTAIN, Moments, moments_of, own_unexplained, unexplained
 from physident.setup_checks.rows import Rows
 
 Array = NDArray[np.float64]
 Order = NDArray[np.intp]
 TWICE = float(np.log(2.0))  # a mistake is stated where it explains away half of what is left, and more
+THRICE = float(np.log(3.0))  # over all joints together, where each has other positions too
 LOSS = float(np.log(1.5))  # what a joint may lose by a hypothesis about all joints
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Hypothesis:
-    """Channel i belongs to joint ``order[i]`` (n,), with ``sign[i]`` (n,) of 1 or -1."""
+    """Channel i belongs to joint ``order[i]`` (n,), with ``sign[i]`` (n,) of 1 or -1; ``whole``: one mistake of all channels."""
 
     order: Order
     sign: Array
+    whole: bool = False
 
     @property
     def changed(self) -> NDArray[np.bool_]:
@@ -48,40 +49,38 @@ class Hypothesis:
 def check_order(moments: Moments) -> SetupFinding | None:
     """The sign or order of the effort channels that explains them, where the recording's own does not."""
     shares = unexplained(moments)
-    n = len(shares[0])
-    simple = [h for h in _simple(shares) if _convinces(h, h.gains(shares))]
-    best = max(simple, key=lambda h: float(h.gains(shares).sum()), default=None)
+    others = [unexplained(moments, b) for b in range(moments.blocks)]
+    convincing = [h for h in _simple(shares) if _convinces(h, h.gains(shares)) and _lasts(h, others)]
     general = _general(shares)
-    if general.changed.any() and _convinces(general, general.gains(shares)):
-        # a general order has many more ways to fit than a simple one, and has to be twice as good on one joint more
-        margin = 0.0 if best is None else float(best.gains(shares).sum()) + TWICE
-        best = general if float(general.gains(shares).sum()) > margin else best
-    if best is None:
+    convincing.sort(key=lambda h: -_total(h, shares))
+    # a general order has many more ways to fit than a simple one, and has to be twice as good on one joint more
+    margin = _total(convincing[0], shares) + TWICE if convincing else 0.0
+    if general.changed.any() and _convinces(general, general.gains(shares)) and _total(general, shares) > margin:
+        convincing = [general] if _lasts(general, others) else convincing
+    if not convincing:
         return None
-    replicates = np.array([best.gains(unexplained(moments, b))[best.changed].sum() for b in range(moments.blocks)])
-    whole = np.array(best.gains(shares)[best.changed].sum())
-    if jackknife(whole, replicates).low <= 0:
-        return None
-    return _finding(best, shares, n)
+    best = convincing[0]
+    rivals = [h for h in convincing[1:] if _total(h, shares) > _total(best, shares) - TWICE]
+    return _finding(best, rivals, shares)
 
 
 def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
     """The order of joints, positions and efforts alike, with which the description explains the efforts."""
     n = rows.robot.n
     as_is = own_unexplained(moments)
-    found: tuple[float, Order, Moments, Array] | None = None
+    found: tuple[float, Order, Moments] | None = None
     for order in _orders(n):
-        other = moments_of(rows.relabelled(order))
-        gains = np.log(np.maximum(as_is[order], CERTAIN) / np.maximum(own_unexplained(other), CERTAIN))
-        moved = order != np.arange(n)
-        total = float(gains.sum())
-        if gains.min() > -LOSS and total > TWICE * moved.sum() and (found is None or total > found[0]):
-            found = (total, order, other, gains)
+        relabelled = rows.relabelled(order)
+        other = moments_of(relabelled)
+        gains = _label_gains(moments, other, order, None)
+        # friction explains much of any joint: the order shows where inertia and gravity are large
+        total, strong = float(gains.sum()), float(gains[relabelled.strong()].sum())
+        if gains.min() > -LOSS and strong > TWICE and total > THRICE and (found is None or total > found[0]):
+            found = (total, order, other)
     if found is None:
         return None
-    total, order, other, _ = found
-    replicates = np.array([_total_gain(moments, other, order, b) for b in range(moments.blocks)])
-    if jackknife(np.array(total), replicates).low <= 0:
+    _, order, other = found
+    if min(float(_label_gains(moments, other, order, b).sum()) for b in range(moments.blocks)) < TWICE:
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(order != np.arange(n)))
     mean = 100 * float(own_unexplained(other).mean())
@@ -95,16 +94,27 @@ def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
     )
 
 
-def _total_gain(moments: Moments, other: Moments, order: Order, block: int) -> float:
+def _label_gains(moments: Moments, other: Moments, order: Order, block: int | None) -> Array:
     as_is, by_it = own_unexplained(moments, block)[order], own_unexplained(other, block)
-    return float(np.log(np.maximum(as_is, CERTAIN) / np.maximum(by_it, CERTAIN)).sum())
+    return np.log(np.maximum(as_is, CERTAIN) / np.maximum(by_it, CERTAIN))
+
+
+def _total(hypothesis: Hypothesis, shares: tuple[Array, Array]) -> float:
+    return float(hypothesis.gains(shares).sum())
+
+
+def _lasts(hypothesis: Hypothesis, others: Sequence[tuple[Array, Array]]) -> bool:
+    """Whether a hypothesis is twice as good whichever block of time is left out."""
+    return all(_total(hypothesis, shares) > TWICE for shares in others)
 
 
 def _convinces(hypothesis: Hypothesis, gains: Array) -> bool:
     changed = gains[hypothesis.changed]
-    if hypothesis.changed.all() and len(gains) > 1 and (hypothesis.sign < 0).all():
+    if hypothesis.whole and len(gains) > 1:
         # of all joints together: one whose torque hardly follows the description may be undecided
         return bool(changed.mean() >= TWICE and changed.min() > -LOSS)
+    if len(changed) == 2:
+        return bool(changed.sum() >= 2 * TWICE and changed.min() >= LOSS / 2)
     return bool(changed.min() >= TWICE)
 
 
@@ -112,14 +122,14 @@ def _simple(shares: tuple[Array, Array]) -> Iterator[Hypothesis]:
     """All signs turned over; those of some joints; two joints swapped; the order reversed or shifted."""
     n = len(shares[0])
     as_is, plus = np.arange(n), np.ones(n)
-    yield Hypothesis(order=as_is, sign=-plus)
+    yield Hypothesis(order=as_is, sign=-plus, whole=True)
     single = np.log(np.maximum(np.diag(shares[0]), CERTAIN) / np.maximum(np.diag(shares[1]), CERTAIN))
     if (single >= TWICE).any():
         yield Hypothesis(order=as_is, sign=np.where(single >= TWICE, -plus, plus))
     for order in _orders(n):
-        yield Hypothesis(order=order, sign=plus)
+        yield Hypothesis(order=order, sign=plus, whole=n > 3 and order[0] == n - 1 and order[1] == n - 2)
     for shift in range(1, n if n > 2 else 1):
-        yield Hypothesis(order=np.roll(as_is, shift), sign=plus)
+        yield Hypothesis(order=np.roll(as_is, shift), sign=plus, whole=True)
 
 
 def _orders(n: int) -> Iterator[Order]:
@@ -142,32 +152,36 @@ def _general(shares: tuple[Array, Array]) -> Hypothesis:
     return Hypothesis(order=order, sign=np.where(shares[0][rows, order] <= shares[1][rows, order], 1.0, -1.0))
 
 
-def _finding(found: Hypothesis, shares: tuple[Array, Array], n: int) -> SetupFinding:
+def _finding(found: Hypothesis, rivals: Sequence[Hypothesis], shares: tuple[Array, Array]) -> SetupFinding:
+    n = len(found.order)
     rows = np.flatnonzero(found.changed)
     joints = tuple(int(j) + 1 for j in rows)
     as_is = 100 * shares[0][rows, rows].mean()
-    by_it = 100 * np.where(found.sign > 0, shares[0][np.arange(n), found.order], shares[1][np.arange(n), found.order])[rows].mean()
-    evidence = f"the description leaves {as_is:.0f} % of their variance as they are and {by_it:.0f} % so"
+    by_it = np.where(found.sign > 0, shares[0][np.arange(n), found.order], shares[1][np.arange(n), found.order])[rows]
+    kind, cure = "effort_order", "correct the order of the effort columns"
     if (found.order == np.arange(n)).all():
-        return SetupFinding(
-            kind="effort_sign",
-            joints=joints,
-            statement=f"the effort of {within(joints, n)} has the wrong sign: friction would drive the motion, or gravity lift the arm;"
-            " turn its sign over",
-            evidence=evidence,
-            void=True,
-        )  # fmt: skip
+        kind, cure = "effort_sign", "friction would drive the motion, or gravity lift the arm: turn the sign over"
+    return SetupFinding(
+        kind=kind,
+        joints=joints,
+        statement=f"{_statement(found)}; {cure}",
+        evidence=f"the description leaves {as_is:.0f} % of their variance as they are and {100 * by_it.mean():.0f} % so",
+        void=True,
+        rivals=tuple(_statement(rival) for rival in rivals),
+    )
+
+
+def _statement(found: Hypothesis) -> str:
+    """A hypothesis in words."""
+    n = len(found.order)
     turned = tuple(int(j) + 1 for j in np.flatnonzero(found.sign < 0))
+    if (found.order == np.arange(n)).all():
+        return f"the effort of {within(turned, n)} has the wrong sign"
+    moved = tuple(int(j) + 1 for j in np.flatnonzero(found.order != np.arange(n)))
     signs = f", with the sign of {joint_list(turned)} turned over" if turned else ""
     reverse = (found.order == np.arange(n)[::-1]).all() and n > 2
     how = "in reverse order" if reverse else f"in another order: {_mapping(found.order)}"
-    return SetupFinding(
-        kind="effort_order",
-        joints=joints,
-        statement=f"the efforts of {joint_list(joints)} are {how}{signs}; correct the order of the effort columns",
-        evidence=evidence,
-        void=True,
-    )
+    return f"the efforts of {joint_list(moved)} are {how}{signs}"
 
 
 def _mapping(order: Order) -> str:

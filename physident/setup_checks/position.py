@@ -16,8 +16,8 @@ DEGREES = 180 / np.pi
 NEAR = 1.12  # a factor as close to 57.3 is degrees
 
 
-def check_positions(rows: Rows, moments: Moments) -> SetupFinding | None:
-    """Positions outside of the description's limits, and the unit with which they fit."""
+def check_positions(rows: Rows, moments: Moments, unit: bool) -> SetupFinding | None:
+    """Positions outside of the description's limits: in the ``unit`` with which they fit, or, where no unit fits, as such."""
     robot = rows.robot
     span = np.where(np.isfinite(robot.upper - robot.lower), robot.upper - robot.lower, np.inf)
     beyond = (rows.q < robot.lower - MARGIN * span) | (rows.q > robot.upper + MARGIN * span)
@@ -26,6 +26,8 @@ def check_positions(rows: Rows, moments: Moments) -> SetupFinding | None:
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(far))
     factor = _factor(rows, moments)
+    if unit != (factor is not None):
+        return None
     j = joints[0] - 1
     low, high = rows.q[:, j].min(), rows.q[:, j].max()
     evidence = f"joint {j + 1} is recorded from {low:.3g} to {high:.3g} rad and described from {robot.lower[j]:.3g} to {robot.upper[j]:.3g}"

@@ -18,6 +18,7 @@ from physident.robots.robot import Robot
 Array = NDArray[np.float64]
 CUTOFF = 5.0  # Hz: gravity, inertia and friction of arms lie below
 BLOCKS = 10  # of each set of recordings: the fewest for which Student's t is near the normal distribution
+STRONG = 0.3  # of the largest inertia and gravity torque of any joint: weaker ones depend on details of the description
 MIN_ROWS = 60  # of all recordings together: six a block
 
 
@@ -55,6 +56,11 @@ class Rows:
         without its mean over a segment, so that a constant offset of a recording is no evidence."""
         parts = (self.gravity(), self.inertial(), self.a, self.v, self.sign)
         return self.centred(np.stack(parts, axis=-1)).transpose(1, 0, 2)
+
+    def strong(self) -> NDArray[np.bool_]:
+        """The joints (n,) on which the description's inertia and gravity torque is large."""
+        size = self.columns()[:, :, :2].sum(axis=2).std(axis=1)
+        return size >= STRONG * size.max()
 
     def centred(self, values: Array) -> Array:
         """Values (M, ...) without their mean over each segment."""

@@ -18,6 +18,7 @@ from physident.setup_checks.rows import BLOCKS, filter_for
 
 Array = NDArray[np.float64]
 ALIKE = 0.9  # correlation of two velocities of one joint; noise and a delay of a tenth of a period leave more
+UNLIKE = 0.3  # relative difference of two velocities of one joint: a delay of a few samples and noise leave less
 SAME = 0.98  # correlation of position with the derivative of what should be velocity, where the two are swapped
 DEGREES = 180 / np.pi
 TOLERANCE = 0.1  # relative: a differentiated position is never as wrong as that where the joint moves
@@ -60,31 +61,45 @@ def check_velocity(recordings: Sequence[Recording]) -> Iterator[SetupFinding]:
             void=True,
         )
         return
+    if (order := _order(rows, moving)) is not None:
+        yield order
+        return
     wrong = moving & ~agree
     if wrong.any():
-        yield _unlike(own, wrong, moving, n)
+        yield _unlike(own, wrong, n)
         return
     yield from _scales(rows, moving)
     yield from _delay(rows, moving)
 
 
-def _unlike(own: Array, wrong: NDArray[np.bool_], moving: NDArray[np.bool_], n: int) -> SetupFinding:
-    """Velocities that do not follow their positions: those of other joints, or of nothing at all."""
+def _order(rows: Velocities, moving: NDArray[np.bool_]) -> SetupFinding | None:
+    """Velocities that are exactly those of other joints."""
     from scipy.optimize import linear_sum_assignment
 
-    _, order = linear_sum_assignment(-np.abs(own))
-    changed = tuple(int(j) + 1 for j in np.flatnonzero(order != np.arange(n)))
-    if changed and (np.abs(own[np.arange(n), order])[moving] >= ALIKE).all():
-        # rows of ``own`` are positions, columns velocities: joint j's velocity is in column order[j]
-        mapping = ", ".join(f"column {order[j - 1] + 1} is joint {j}" for j in changed)
-        text = f"those of {joint_list(changed)} are swapped" if len(changed) == 2 else mapping
-        return SetupFinding(
-            kind="velocity_order",
-            joints=changed,
-            statement=f"the velocities of {joint_list(changed)} are in another order than the positions: {text}; correct the columns of dq",
-            evidence="each follows the derivative of another joint's position",
-            void=True,
-        )
+    size = np.maximum(np.linalg.norm(rows.derived, axis=0), 1e-12)
+    # row j: how far each column of velocity is from the derivative of position j
+    apart = np.linalg.norm(rows.measured[:, None, :] - rows.derived[:, :, None], axis=0) / size[:, None]
+    _, order = linear_sum_assignment(np.minimum(apart, 10.0))
+    n = len(order)
+    changed = order != np.arange(n)
+    own, other = np.diag(apart), apart[np.arange(n), order]
+    if not (changed & moving).any() or not (other[changed & moving] < np.minimum(UNLIKE, own[changed & moving] / 2)).all():
+        return None
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(changed))
+    text = ", ".join(f"column {order[j - 1] + 1} is joint {j}" for j in joints)
+    text = f"those of {joint_list(joints)} are swapped" if len(joints) == 2 else text
+    return SetupFinding(
+        kind="velocity_order",
+        joints=joints,
+        statement=f"the velocities of {joint_list(joints)} are in another order than the positions: {text}; correct the columns of dq",
+        evidence=f"they differ from the derivative of position by {100 * own[changed].max():.0f} % as they are and"
+        f" {100 * other[changed].max():.0f} % so",
+        void=True,
+    )
+
+
+def _unlike(own: Array, wrong: NDArray[np.bool_], n: int) -> SetupFinding:
+    """Velocities that do not follow their positions."""
     joints = tuple(int(j) + 1 for j in np.flatnonzero(wrong))
     return SetupFinding(
         kind="velocity_unlike",
