@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 NO_FRICTION = 0.08  # of inertia and gravity: gears of arms lose more
 FRICTION = 0.15  # of inertia and gravity: no sensor behind the gear shows as much
 EXACT = 1e-3  # of the effort's standard deviation: current and torque sensors have more noise
+CHANGING = 0.05  # share of samples that differ from the ones before: fewer say nothing about noise
 UNLIKE = 30.0  # noise of one joint over that of another, both relative: sensors of one arm are not so different
 
 
@@ -40,12 +41,12 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
         return None
     joints = joint_list(np.flatnonzero(strong) + 1)
     evidence = f"friction is at most {100 * share.high[strong].max():.1f} % of the inertia and gravity torque of {joints}"
-    if noise[strong].max() < EXACT:
+    if np.nanmax(np.append(noise[strong], 0.0)) < EXACT and np.isfinite(noise[strong]).any():
         return SetupFinding(
             kind="model_torque",
             joints=(),
             statement="the efforts are a model's torque, not a measurement: they hold neither noise nor friction; record measured torques or currents",
-            evidence=f"{evidence}, noise {noise[strong].max():.1e} of the effort",
+            evidence=f"{evidence}, noise {np.nanmax(noise[strong]):.1e} of the effort",
             void=True,
         )  # fmt: skip
     return SetupFinding(
@@ -72,14 +73,22 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
 
 
 def relative_noise(recordings: Sequence[Recording]) -> Array:
-    """Noise (n,) of each channel from sample to sample, over its standard deviation; the largest of the recordings."""
-    worst = np.zeros(recordings[0].n)
+    """Noise (n,) of each channel from sample to sample, over its standard deviation; the largest of the recordings.
+
+    Samples that repeat the one before them are left out: an effort that is clipped or in coarse steps is not therefore exact.
+    NaN where hardly any are left.
+    """
+    worst = np.full(recordings[0].n, np.nan)
     for recording in recordings:
         size = recording.effort.std(axis=0)
-        third = np.diff(recording.effort, 3, axis=0)
-        # of white noise a third difference has 20 times the variance; 0.6745 turns a median into a standard deviation
-        noise = np.median(np.abs(third), axis=0) / (0.6745 * np.sqrt(20.0))
-        worst = np.maximum(worst, noise / np.where(size > 0, size, np.inf))
+        step = np.diff(recording.effort, axis=0)
+        third = np.abs(np.diff(step, 2, axis=0))
+        changing = (step[:-2] != 0) & (step[1:-1] != 0) & (step[2:] != 0)
+        for j in range(recording.n):
+            if changing[:, j].mean() > CHANGING and size[j] > 0:
+                # of white noise a third difference has 20 times the variance; 0.6745 turns a median into a standard deviation
+                noise = float(np.median(third[changing[:, j], j])) / (0.6745 * np.sqrt(20.0)) / size[j]
+                worst[j] = np.fmax(worst[j], noise)
     return worst
 
 

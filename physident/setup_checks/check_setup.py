@@ -50,7 +50,7 @@ def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFi
     moments = moments_of(rows)
     first = (
         check_positions(rows, moments, unit=True)
-        or check_order(moments)
+        or check_order(rows, moments)
         or check_labels(rows, moments)
         or check_positions(rows, moments, unit=False)
         or check_gravity(rows, moments, recordings[0].effort_kind)

@@ -14,17 +14,18 @@ from numpy.typing import NDArray
 
 from physident.setup_checks.finding import SetupFinding, joint_list, within
 from physident.setup_checks.jackknife import Interval, jackknife
-from physident.setup_checks.joint_fit import Moments, coefficients, own_unexplained
+from physident.setup_checks.joint_fit import Moments, coefficients, dissipation, inertia_factor, own_unexplained
 from physident.setup_checks.rows import STRONG, Rows
 
 Array = NDArray[np.float64]
 HEALTHY = (0.5, 2.0)  # factor of gravity: description and load together
-ANOTHER = (0.2, 5.0)  # beyond it no two arms with such joints differ: a unit or a gear ratio does
+ANOTHER = (0.15, 6.0)  # beyond it no two arms with such joints differ: a unit or a gear ratio does
 ABSENT = 0.25  # factor below which gravity counts as taken out, if friction and inertia are as large as ever
 MINOR = 0.2  # of friction and inertia: a healthy arm's gravity is larger
 UNEXPLAINED = 0.3  # share of variance: where gravity is truly taken out, friction and inertia are all there is
 HEALTHY_INERTIA = (0.3, 5.0)  # factor of inertia: rotors add their own, a sensor behind the gear may see less
 ANOTHER_INERTIA = (0.15, 10.0)  # inertia grows with the square of lengths
+OUT_OF_PROPORTION = 4.0  # inertia's factor over gravity's: rotors make it two
 MOTOR_SIDE = 1 / 30  # factor: gears of arms have ratios of 30 to 200, and amperes are a tenth of newton metres
 
 
@@ -33,7 +34,7 @@ class GravityScale:
     """Factors of the description's gravity torque: ``joints`` (n,) with their intervals, ``strong`` (n,) the joints with much of
     it, ``common`` their mean weighted by gravity. ``size`` (n,) [N m] is the description's gravity torque, ``other`` (n,) [N m] the
     rest of each joint's fitted torque, ``left`` (n,) the share of variance that the fit leaves, ``dissipated`` (n,) [W] the
-    power of friction."""
+    power of friction; ``inertia`` is the factor of the description's inertia."""
 
     joints: Interval
     common: Interval
@@ -42,6 +43,7 @@ class GravityScale:
     other: Array
     left: Array
     dissipated: Array
+    inertia: float
 
 
 def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
@@ -57,7 +59,6 @@ def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
     weight = np.where(strong, size**2, 0.0) / np.where(strong, size**2, 0.0).sum()
     fitted = columns * whole[:, None, :]
     other = fitted[:, :, 1:].sum(axis=2).std(axis=1)
-    friction = fitted[:, :, 3:].sum(axis=2)
     return GravityScale(
         joints=jackknife(whole[:, 0], replicates),
         common=jackknife(weight @ whole[:, 0], replicates @ weight),
@@ -65,7 +66,8 @@ def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
         size=size,
         other=other,
         left=own_unexplained(moments),
-        dissipated=(friction * rows.centred(rows.v).T).mean(axis=1),
+        dissipated=dissipation(rows, moments),
+        inertia=inertia_factor(rows, moments),
     )
 
 
@@ -78,20 +80,29 @@ def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFindin
         return _without_gravity(rows, moments, effort_kind)
     low, high, value = float(scale.common.low), float(scale.common.high), float(scale.common.value)
     evidence = f"measured gravity torque is {value:.2g} ({low:.2g} to {high:.2g}) times the description's"
-    absent = _absent(scale)
-    if absent.any() and absent[scale.strong].all():
+    if _taken_out(scale):
         return SetupFinding(
             kind="gravity_removed",
             joints=(),
             statement="the efforts hold no gravity: the driver or controller takes it out; record raw torques or currents",
-            evidence=evidence,
+            evidence=f"{evidence}, inertia torque {scale.inertia:.2g} times",
             void=True,
         )
-    if high < 0:
+    if high < 0 and value < -HEALTHY[0]:
         return _opposite(scale, evidence, rows.robot.n)
     if high < HEALTHY[0] or low > HEALTHY[1]:
         return _wrong_size(scale, evidence, value, effort_kind)
-    return _single_joints(scale, absent, rows.robot.n)
+    if not HEALTHY[0] < value < HEALTHY[1] and _outside(scale).any():
+        return _wrong_size(scale, evidence, value, effort_kind)  # the arm's factor is not sure, but a joint's is
+    return _single_joints(scale, _absent(scale), rows.robot.n)
+
+
+def _taken_out(scale: GravityScale) -> bool:
+    """Whether little gravity is left beside inertia of full size: what is left is the error of the controller's model."""
+    left = abs(float(scale.common.value))
+    small = float(scale.common.high) < HEALTHY[0] and left < HEALTHY[0]
+    explained = float(np.median(scale.left[scale.strong])) < UNEXPLAINED
+    return small and explained and scale.inertia > max(HEALTHY_INERTIA[0], OUT_OF_PROPORTION * left)
 
 
 def _absent(scale: GravityScale) -> NDArray[np.bool_]:
@@ -125,17 +136,10 @@ def _opposite(scale: GravityScale, evidence: str, n: int) -> SetupFinding:
 
 def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
     """The same for an arm whose gravity torque does not change, by its inertia with that of its rotors."""
-    strong = rows.strong()
-    columns = rows.columns()
-
-    def factor(block: int | None) -> Array:
-        theta = coefficients(moments, block)
-        rigid = np.einsum("jmk,jk->jm", columns[:, :, 1:3], theta[:, 1:3])
-        nominal = columns[:, :, 1]
-        own = (rigid * nominal).sum(axis=1)[strong] / np.maximum((nominal**2).sum(axis=1)[strong], 1e-30)
-        return np.array(np.exp(np.mean(np.log(np.maximum(own, 1e-6)))))
-
-    found = jackknife(factor(None), np.array([factor(b) for b in range(moments.blocks)]))
+    replicates = np.array([inertia_factor(rows, moments, b) for b in range(moments.blocks)])
+    found = jackknife(np.array(inertia_factor(rows, moments)), replicates)
+    if not np.isfinite(found.value):
+        return None
     if float(found.high) > HEALTHY_INERTIA[0] and float(found.low) < HEALTHY_INERTIA[1]:
         return None
     value = float(found.value)
@@ -169,9 +173,14 @@ def _size_finding(evidence: str, value: float, effort_kind: str, another: tuple[
     return SetupFinding(kind=kind, joints=(), statement=f"{what}; {cure}", evidence=evidence, void=True, rivals=rivals)
 
 
+def _outside(scale: GravityScale) -> NDArray[np.bool_]:
+    """Strong joints (n,) whose factor is surely beyond that of any description or load."""
+    return scale.strong & ((scale.joints.high < ANOTHER[0]) | (scale.joints.low > ANOTHER[1]))
+
+
 def _single_joints(scale: GravityScale, absent: NDArray[np.bool_], n: int) -> SetupFinding | None:
     """Strong joints whose own factor is beyond what any description or load explains, while the arm's is healthy."""
-    outside = scale.strong & ((scale.joints.high < ANOTHER[0]) | (scale.joints.low > ANOTHER[1]) | absent)
+    outside = _outside(scale) | absent
     if not outside.any():
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(outside))

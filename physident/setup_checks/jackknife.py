@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-LEVEL = 0.999  # of every interval: a set-up that is right is accused by one test in a thousand
+LEVEL = 0.99  # of every interval; each finding also has to be of a size that no healthy set-up has
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -96,6 +96,22 @@ def coefficients(moments: Moments, block: int | None = None) -> Array:
     return result
 
 
+def dissipation(rows: Rows, moments: Moments) -> Array:
+    """Mean power (n,) [W] of the friction that least squares finds on each joint; negative where it would drive the motion."""
+    friction = np.einsum("jmk,jk->mj", rows.columns()[:, :, 3:], coefficients(moments)[:, 3:])
+    return (friction * rows.centred(rows.v)).mean(axis=0)
+
+
+def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> float:
+    """Fitted torque of links' and rotors' inertia over the description's, mean over the joints where the latter is large."""
+    columns, theta = rows.columns(), coefficients(moments, block)
+    fitted, nominal = np.einsum("jmk,jk->jm", columns[:, :, 1:3], theta[:, 1:3]), columns[:, :, 1]
+    power = (nominal**2).sum(axis=1)
+    strong = rows.strong() & (power > 0)
+    own = (fitted * nominal).sum(axis=1)[strong] / power[strong]
+    return float(np.exp(np.mean(np.log(np.maximum(own, 1e-6))))) if strong.any() else float("nan")
+
+
 def _factor(matrix: Array) -> Array:
     """Upper triangular factor of a scaled matrix of products, kept regular."""
     return np.linalg.cholesky(matrix + 1e-10 * np.eye(len(matrix))).T

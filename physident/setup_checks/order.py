@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.setup_checks.finding import SetupFinding, joint_list, within
-from physident.setup_checks.joint_fit import CERTAIN, Moments, moments_of, own_unexplained, unexplained
+from physident.setup_checks.joint_fit import CERTAIN, Moments, dissipation, moments_of, own_unexplained, unexplained
 from physident.setup_checks.rows import Rows
 
 Array = NDArray[np.float64]
@@ -46,16 +46,18 @@ class Hypothesis:
         return np.log(np.maximum(as_is, CERTAIN) / np.maximum(by_it, CERTAIN))
 
 
-def check_order(moments: Moments) -> SetupFinding | None:
+def check_order(rows: Rows, moments: Moments) -> SetupFinding | None:
     """The sign or order of the effort channels that explains them, where the recording's own does not."""
     shares = unexplained(moments)
+    # a small link's centre of mass may truly lie on the other side of its joint: its friction has to have the wrong sign too
+    turnable = rows.strong() | (dissipation(rows, moments) < 0)
     others = [unexplained(moments, b) for b in range(moments.blocks)]
-    convincing = [h for h in _simple(shares) if _convinces(h, h.gains(shares)) and _lasts(h, others)]
+    convincing = [h for h in _simple(shares, turnable) if _convinces(h, h.gains(shares)) and _lasts(h, others)]
     general = _general(shares)
     convincing.sort(key=lambda h: -_total(h, shares))
     # a general order has many more ways to fit than a simple one, and has to be twice as good on one joint more
     margin = _total(convincing[0], shares) + TWICE if convincing else 0.0
-    if general.changed.any() and _convinces(general, general.gains(shares)) and _total(general, shares) > margin:
+    if (general.order != np.arange(len(general.order))).any() and _convinces(general, general.gains(shares)) and _total(general, shares) > margin:
         convincing = [general] if _lasts(general, others) else convincing
     if not convincing:
         return None
@@ -118,14 +120,15 @@ def _convinces(hypothesis: Hypothesis, gains: Array) -> bool:
     return bool(changed.min() >= TWICE)
 
 
-def _simple(shares: tuple[Array, Array]) -> Iterator[Hypothesis]:
-    """All signs turned over; those of some joints; two joints swapped; the order reversed or shifted."""
+def _simple(shares: tuple[Array, Array], turnable: NDArray[np.bool_]) -> Iterator[Hypothesis]:
+    """All signs turned over; those of some ``turnable`` joints; two joints swapped; the order reversed or shifted."""
     n = len(shares[0])
     as_is, plus = np.arange(n), np.ones(n)
     yield Hypothesis(order=as_is, sign=-plus, whole=True)
     single = np.log(np.maximum(np.diag(shares[0]), CERTAIN) / np.maximum(np.diag(shares[1]), CERTAIN))
-    if (single >= TWICE).any():
-        yield Hypothesis(order=as_is, sign=np.where(single >= TWICE, -plus, plus))
+    turned = (single >= TWICE) & turnable
+    if turned.any():
+        yield Hypothesis(order=as_is, sign=np.where(turned, -plus, plus))
     for order in _orders(n):
         yield Hypothesis(order=order, sign=plus, whole=n > 3 and order[0] == n - 1 and order[1] == n - 2)
     for shift in range(1, n if n > 2 else 1):

@@ -83,8 +83,11 @@ def _arrives(effort: Array, start: int, spread: float) -> bool:
 
 
 def _step(values: Array) -> float:
-    """The step of values on a grid; zero where they are on none."""
+    """The step of values on a grid of few levels; zero where they are on none."""
     levels = np.unique(values)
-    if len(levels) > len(values) / 4 or len(levels) < 2:
+    if not 2 <= len(levels) <= BINS:
         return 0.0
-    return float(np.median(np.diff(levels)))
+    apart = np.diff(levels)
+    step = float(apart.min())
+    on_grid = np.abs(apart / step - np.round(apart / step)) < 0.05
+    return step if on_grid.mean() > 0.95 else 0.0

@@ -18,7 +18,7 @@ from physident.setup_checks.joint_fit import TINY
 from physident.setup_checks.rows import Rows
 
 Array = NDArray[np.float64]
-SHIFTS = np.arange(-0.1, 0.1001, 0.01)  # s
+SHIFTS = np.arange(-0.15, 0.1501, 0.01)  # s
 LATE = 0.02  # s: a tenth of the period of a 5 Hz motion
 FAST = 0.3  # of a joint's 95th percentile of speed: slower rows are near a reversal
 FLOOR = 1e-3  # share of the variance: a simulator's exact data are not worth more than good real ones
