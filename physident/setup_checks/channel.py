@@ -31,7 +31,11 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
     exact = noise < EXACT / 10
     noisy = noise > UNLIKE * EXACT / 10
     if exact.any() and noisy.any() and (exact | noisy).all():
-        return _mixture(exact, "have no noise, as a model's torque", f"noise up to {noise[exact].max():.1e} and from {noise[noisy].min():.1e} of the effort")
+        return _mixture(
+            exact,
+            "have no noise, as a model's torque",
+            f"noise up to {noise[exact].max():.1e} and from {noise[noisy].min():.1e} of the effort",
+        )
     share, strong = friction_share(rows, moments)
     free, geared = strong & (share.high < NO_FRICTION), strong & (share.low > FRICTION)
     if free.any() and geared.any() and (free | geared)[strong].all():
@@ -40,7 +44,9 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
     if not (free[strong].all() and strong.any()):
         return None
     joints = joint_list(np.flatnonzero(strong) + 1)
-    evidence = f"friction is at most {100 * share.high[strong].max():.1f} % of the inertia and gravity torque of {joints}"
+    evidence = (
+        f"friction is at most {100 * share.high[strong].max():.1f} % of the inertia and gravity torque of {joints}"
+    )
     if np.nanmax(np.append(noise[strong], 0.0)) < EXACT and np.isfinite(noise[strong]).any():
         return SetupFinding(
             kind="model_torque",
@@ -55,6 +61,7 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
         statement="the efforts are measured behind the gears, at the links: rotor inertia and friction of the gears are not in them",
         evidence=evidence,
         void=False,
+        note=True,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from physident.errors import InputError
+from physident.errors import InputError, warn
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 from physident.setup_checks.channel import check_channel
@@ -40,6 +40,14 @@ def check_setup(robot: Robot | None, recordings: Recording | Sequence[Recording]
     if robot is not None and not any(finding.kind == "position_velocity_swapped" for finding in found):
         found += _of_robot(robot, chosen)
     return tuple(sorted(found, key=lambda finding: not finding.void))
+
+
+def warn_of_setup(robot: Robot, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Warn of everything that is wrong with a set-up, and return what was said."""
+    texts = tuple(str(finding) for finding in check_setup(robot, recordings) if not finding.note)
+    for text in texts:
+        warn(text)
+    return texts
 
 
 def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFinding]:

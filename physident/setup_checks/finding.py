@@ -14,6 +14,7 @@ class SetupFinding:
     ``kind`` is one word for the mistake, ``joints`` (from 1) where it is, empty for the whole arm; ``statement`` names
     the mistake and what to do, ``evidence`` gives the figures behind it. ``rivals`` are other
     mistakes, in words, that look the same in these recordings. ``void``: a model of these recordings would be wrong.
+    ``note``: the statement says what the channel is, and nothing is wrong with it.
     """
 
     kind: str
@@ -22,6 +23,7 @@ class SetupFinding:
     evidence: str
     void: bool
     rivals: tuple[str, ...] = ()
+    note: bool = False
 
     def __str__(self) -> str:
         others = f"; or {'; or '.join(self.rivals)}" if self.rivals else ""

@@ -156,18 +156,35 @@ def _wrong_size(scale: GravityScale, evidence: str, value: float, effort_kind: s
 def _size_finding(evidence: str, value: float, effort_kind: str, another: tuple[float, float]) -> SetupFinding:
     """Efforts of another size than the description's: of another robot within ``another``, else in another unit."""
     if effort_kind == "current":
-        what = f"the drive gains are {1 / value:.2g} times too small" if value < 1 else f"the drive gains are {value:.2g} times too large"
+        what = (
+            f"the drive gains are {1 / value:.2g} times too small"
+            if value < 1
+            else f"the drive gains are {value:.2g} times too large"
+        )
         kind, cure = "drive_gains", "correct the drive gains [N m/A]"
     elif value < MOTOR_SIDE:
-        kind, what, cure = "motor_torque", "the efforts are torques of the motors, before the gears", "multiply by gear ratio"
+        kind, what, cure = (
+            "motor_torque",
+            "the efforts are torques of the motors, before the gears",
+            "multiply by gear ratio",
+        )
     elif value < 1:
-        kind, what, cure = "motor_current", "the efforts are motor currents [A], not torques", "name them current and give drive gains"
+        kind, what, cure = (
+            "motor_current",
+            "the efforts are motor currents [A], not torques",
+            "name them current and give drive gains",
+        )
     else:
         kind, what, cure = "effort_unit", "the efforts are in another unit than N m", "convert them to N m"
     other = "the description is of another robot than the recording"
     if another[0] < value < another[1]:
         return SetupFinding(
-            kind="description", joints=(), statement=f"{other}; check the robot", evidence=evidence, void=True, rivals=(what,)
+            kind="description",
+            joints=(),
+            statement=f"{other}; check the robot",
+            evidence=evidence,
+            void=True,
+            rivals=(what,),
         )
     rivals = (other,) if another[0] / 2 < value < another[1] * 2 else ()
     return SetupFinding(kind=kind, joints=(), statement=f"{what}; {cure}", evidence=evidence, void=True, rivals=rivals)

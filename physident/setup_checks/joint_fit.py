@@ -114,7 +114,7 @@ def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> fl
 
 def _factor(matrix: Array) -> Array:
     """Upper triangular factor of a scaled matrix of products, kept regular."""
-    return np.linalg.cholesky(matrix + 1e-10 * np.eye(len(matrix))).T
+    return np.asarray(np.linalg.cholesky(matrix + 1e-10 * np.eye(len(matrix)))).T
 
 
 def _explained(factor: Array, b: Array) -> float:

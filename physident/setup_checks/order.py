@@ -57,12 +57,17 @@ def check_order(rows: Rows, moments: Moments) -> SetupFinding | None:
     convincing.sort(key=lambda h: -_total(h, shares))
     # a general order has many more ways to fit than a simple one, and has to be twice as good on one joint more
     margin = _total(convincing[0], shares) + TWICE if convincing else 0.0
-    if (general.order != np.arange(len(general.order))).any() and _convinces(general, general.gains(shares)) and _total(general, shares) > margin:
+    if (
+        (general.order != np.arange(len(general.order))).any()
+        and _convinces(general, general.gains(shares))
+        and _total(general, shares) > margin
+    ):
         convincing = [general] if _lasts(general, others) else convincing
     if not convincing:
         return None
     best = convincing[0]
-    rivals = [h for h in convincing[1:] if _total(h, shares) > _total(best, shares) - TWICE]
+    alike = [h for h in convincing[1:] if _total(h, shares) > _total(best, shares) - TWICE]
+    rivals = [h for h in alike if (h.order != best.order).any() or (h.sign != best.sign).any()]
     return _finding(best, rivals, shares)
 
 
@@ -168,7 +173,7 @@ def _finding(found: Hypothesis, rivals: Sequence[Hypothesis], shares: tuple[Arra
         kind=kind,
         joints=joints,
         statement=f"{_statement(found)}; {cure}",
-        evidence=f"the description leaves {as_is:.0f} % of their variance as they are and {100 * by_it.mean():.0f} % so",
+        evidence=f"the description leaves {as_is:.0f} % of their variance as they are, {100 * by_it.mean():.0f} % when corrected",
         void=True,
         rivals=tuple(_statement(rival) for rival in rivals),
     )

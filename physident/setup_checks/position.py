@@ -34,7 +34,10 @@ def check_positions(rows: Rows, moments: Moments, unit: bool) -> SetupFinding | 
     if factor is not None and 1 / NEAR < factor / DEGREES < NEAR:
         kind, what = "position_degrees", "the positions are in degrees; convert them to radians"
     elif factor is not None:
-        kind, what = "position_motor", f"the positions are those of the motors, about {factor:.0f} times the joints'; divide by the gear ratio"
+        kind, what = (
+            "position_motor",
+            f"the positions are those of the motors, about {factor:.0f} times the joints'; divide by the gear ratio",
+        )
     else:
         kind = "position_range"
         what = f"the positions of {within(joints, robot.n)} are outside the description's limits: positions of the motors, or another robot"
@@ -44,7 +47,9 @@ def check_positions(rows: Rows, moments: Moments, unit: bool) -> SetupFinding | 
 def _factor(rows: Rows, moments: Moments) -> float | None:
     """The common factor of all positions with which the description explains the efforts; None where none does surely."""
     as_is = np.log(np.maximum(own_unexplained(moments), CERTAIN))
-    tried = [(float(np.log(np.maximum(own_unexplained(moments_of(rows.scaled(1 / f))), CERTAIN)).sum()), f) for f in FACTORS]
+    tried = [
+        (float(np.log(np.maximum(own_unexplained(moments_of(rows.scaled(1 / f))), CERTAIN)).sum()), f) for f in FACTORS
+    ]
     best, factor = min(tried)
     if best > float(as_is.sum()) - np.log(2.0):
         return None

@@ -13,6 +13,7 @@ from physident.setup_checks.finding import SetupFinding, joint_list, within
 
 Array = NDArray[np.float64]
 PLATEAU = 5  # samples in a row that are equal: noise repeats a value of many levels seldom, and never five times at its extreme
+REPEATED = 0.5  # share of samples that equal the next one, within the range: such a channel is updated more slowly than it is logged
 SHARE = 0.01  # of the rows in motion: fewer clipped rows hardly move an estimate
 COARSE = 0.2  # of the effort's standard deviation: steps as coarse are a noise of 6 % of it
 BINS = 200  # of the effort's range: what counts as its extreme
@@ -64,11 +65,18 @@ def _moving(recording: Recording) -> NDArray[np.bool_]:
     step = float(np.median(np.diff(recording.time)))
     lag = max(1, round(0.25 / step))
     travel = np.abs(recording.q[lag:] - recording.q[:-lag]).max(axis=1)
-    return np.concatenate([travel > lag * step * MOVING_SPEED, np.zeros(min(lag, len(recording.q)), dtype=bool)])[: len(recording.q)]
+    return np.concatenate([travel > lag * step * MOVING_SPEED, np.zeros(min(lag, len(recording.q)), dtype=bool)])[
+        : len(recording.q)
+    ]
 
 
 def _clipped(effort: Array, moving: NDArray[np.bool_], spread: float) -> float:
-    """Share of the rows in motion that lie in plateaus at either end of the range, each of equal samples in a row."""
+    """Share of the rows in motion that lie in plateaus at either end of the range, each of equal samples in a row; zero for
+    a channel that repeats samples everywhere."""
+    inside = moving & (effort < effort[moving].max()) & (effort > effort[moving].min())
+    repeated = np.append(np.diff(effort) == 0, False)
+    if not inside.any() or repeated[inside].mean() > REPEATED:
+        return 0.0
     count = 0
     for extreme in (effort[moving].max(), effort[moving].min()):
         at = (effort == extreme) & moving

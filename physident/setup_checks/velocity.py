@@ -83,7 +83,10 @@ def _order(rows: Velocities, moving: NDArray[np.bool_]) -> SetupFinding | None:
     n = len(order)
     changed = order != np.arange(n)
     own, other = np.diag(apart), apart[np.arange(n), order]
-    if not (changed & moving).any() or not (other[changed & moving] < np.minimum(UNLIKE, own[changed & moving] / 2)).all():
+    if (
+        not (changed & moving).any()
+        or not (other[changed & moving] < np.minimum(UNLIKE, own[changed & moving] / 2)).all()
+    ):
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(changed))
     text = ", ".join(f"column {order[j - 1] + 1} is joint {j}" for j in joints)
@@ -121,9 +124,15 @@ def _scales(rows: Velocities, moving: NDArray[np.bool_]) -> Iterator[SetupFindin
     texts = {
         "velocity_sign": ("has the wrong sign", "turn the sign of dq over"),
         "velocity_degrees": ("is in degrees per second", "convert dq to rad/s"),
-        "position_degrees": ("is 1/57.3 of the derivative of position: the positions are in degrees", "convert q to radians"),
+        "position_degrees": (
+            "is 1/57.3 of the derivative of position: the positions are in degrees",
+            "convert q to radians",
+        ),
         "velocity_motor": ("is that of the motor, before the gear", "divide dq by the gear ratio"),
-        "position_motor": ("shows that the positions are those of the motor, before the gear", "divide q by the gear ratio"),
+        "position_motor": (
+            "shows that the positions are those of the motor, before the gear",
+            "divide q by the gear ratio",
+        ),
         "velocity_scale": ("is the derivative of position times a factor", "correct the unit or clock of q and dq"),
     }
     for kind, joints in kinds.items():

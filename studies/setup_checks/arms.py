@@ -51,7 +51,10 @@ def real_arms() -> Iterator[Arm]:
     yield Arm("tx40", pid.load_robot(DATA / "tx40" / "tx40_mdh_modified.urdf"), (_tx40(),))
     described = descriptions()
     if described is not None:
-        for name, urdf in (("ur10", "ur_description/urdf/ur10_robot.urdf"), ("panda", "panda_description/urdf/panda.urdf")):
+        for name, urdf in (
+            ("ur10", "ur_description/urdf/ur10_robot.urdf"),
+            ("panda", "panda_description/urdf/panda.urdf"),
+        ):
             text = re.sub(r"<mimic[^>]*/>", "", (described / urdf).read_text(encoding="utf-8"))
             text = re.sub(r'(<joint name="panda_finger_joint\d" type=)"prismatic"', r'\1"fixed"', text)
             one = robot_of(text)
@@ -62,7 +65,10 @@ def descriptions() -> Path | None:
     """The folder of the robots in the package example-robot-data, None where it is not installed."""
     for entry in sys.path:
         for path in (Path(entry), Path(entry) / "cmeel.prefix" / "share"):
-            for found in (path / "example-robot-data" / "robots", path / "cmeel.prefix" / "share" / "example-robot-data" / "robots"):
+            for found in (
+                path / "example-robot-data" / "robots",
+                path / "cmeel.prefix" / "share" / "example-robot-data" / "robots",
+            ):
                 if found.is_dir():
                     return found
     return None
@@ -76,14 +82,18 @@ def robot_of(urdf: str) -> pid.Robot:
         return pid.load_robot(path)
 
 
-def recorded(time: Array, q: Array, effort: Array, dq: Array | None = None, kind: Any = "torque", source: str = "arm") -> pid.Recording:
+def recorded(
+    time: Array, q: Array, effort: Array, dq: Array | None = None, kind: Any = "torque", source: str = "arm"
+) -> pid.Recording:
     """A recording of arrays, through the checks that a file's rows pass."""
     return recording_from_rows(Channels(time=time, q=q, effort=effort, effort_kind=kind, dq=dq), source)
 
 
 def _tx40() -> pid.Recording:
     """On the joints' side of its gears, as ``studies/real_arms`` reads it."""
-    motor, torque = (np.genfromtxt(DATA / "tx40" / f"{n}_data.csv.gz", delimiter=",", skip_header=1) for n in ("pos_read", "curr"))
+    motor, torque = (
+        np.genfromtxt(DATA / "tx40" / f"{n}_data.csv.gz", delimiter=",", skip_header=1) for n in ("pos_read", "curr")
+    )
     gears = np.diag((32.0, 32.0, 45.0, -48.0, 45.0, 32.0))
     gears[5, 4] = 32.0
     q = np.linalg.solve(gears, motor.T).T + np.array([0, -np.pi / 2, np.pi / 2, 0, 0, 0])
@@ -103,7 +113,9 @@ def _bag(path: Path, robot: pid.Robot) -> pid.Recording:
     names = [name.replace("fer_", "panda_") for name in states[0].name]
     order = [names.index(name) for name in robot.joint_names]
     time = np.array([s.header.stamp.sec + 1e-9 * s.header.stamp.nanosec for s in states])
-    q, dq, effort = (np.array([getattr(s, key) for s in states])[:, order] for key in ("position", "velocity", "effort"))
+    q, dq, effort = (
+        np.array([getattr(s, key) for s in states])[:, order] for key in ("position", "velocity", "effort")
+    )
     return recorded(time - time[0], q, effort, dq, source=path.stem)
 
 

@@ -50,7 +50,12 @@ def model_torque(arm: Arm, rng: Rng) -> Wrong:
 
 def gravity_removed(arm: Arm, rng: Rng) -> Wrong | None:
     """The driver takes the description's gravity out; None for an arm whose gravity torque does not change."""
-    if gravity_torque(arm.robot, arm.robot.nominal, np.asarray(arm.recordings[0].q), np.array(arm.robot.gravity)).std(axis=0).max() < 1e-6:
+    if (
+        gravity_torque(arm.robot, arm.robot.nominal, np.asarray(arm.recordings[0].q), np.array(arm.robot.gravity))
+        .std(axis=0)
+        .max()
+        < 1e-6
+    ):
         return None
 
     def make(r: pid.Recording, _: int) -> pid.Recording:
@@ -118,7 +123,9 @@ CHANNELS = (
 )  # fmt: skip
 
 
-def _with(arm: Arm, change: Callable[[pid.Recording, int], pid.Recording], kind: str, joints: tuple[int, ...] = ()) -> Wrong:
+def _with(
+    arm: Arm, change: Callable[[pid.Recording, int], pid.Recording], kind: str, joints: tuple[int, ...] = ()
+) -> Wrong:
     return Wrong(arm.robot, lambda: [change(r, k) for k, r in enumerate(arm.recordings)], (kind,), joints)
 
 

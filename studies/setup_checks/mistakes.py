@@ -26,7 +26,9 @@ class Wrong:
     joints: tuple[int, ...] = ()
 
 
-def _with(arm: Arm, change: Callable[[pid.Recording], pid.Recording], *kinds: str, joints: tuple[int, ...] = ()) -> Wrong:
+def _with(
+    arm: Arm, change: Callable[[pid.Recording], pid.Recording], *kinds: str, joints: tuple[int, ...] = ()
+) -> Wrong:
     return Wrong(arm.robot, lambda: [change(r) for r in arm.recordings], kinds, joints)
 
 
@@ -95,7 +97,9 @@ def positions_in_degrees(arm: Arm, rng: Rng) -> Wrong:
 
 def motor_positions(arm: Arm, rng: Rng) -> Wrong:
     """Positions and velocities of motors with gears of 100."""
-    return _with(arm, lambda r: _again(r, 100 * r.q, None if r.dq is None else 100 * r.dq), "position_motor", "position_range")
+    return _with(
+        arm, lambda r: _again(r, 100 * r.q, None if r.dq is None else 100 * r.dq), "position_motor", "position_range"
+    )
 
 
 def dq_sign(arm: Arm, rng: Rng) -> Wrong:

@@ -28,7 +28,7 @@ class DiagnosisRecord:
     that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
-    autocorrelated. ``path`` and ``sha256`` are those of the file that it was read from.
+    autocorrelated. ``warnings`` state what is wrong with the recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from.
     """
 
     question: Question
@@ -51,6 +51,7 @@ class DiagnosisRecord:
     seed: int
     incomplete: tuple[int, ...]
     recording_offsets: bool
+    warnings: tuple[str, ...] = ()
     path: Path | None = None
     sha256: str | None = None
 
@@ -87,6 +88,7 @@ class DiagnosisRecord:
             "held": list(self.unidentified),
             "incomplete": list(self.incomplete),
             "recording_offsets": self.recording_offsets,
+            "warnings": list(self.warnings),
             "seed": self.seed,
             "version": VERSION,
             "model": self.model.as_dict(),
