@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 import physident as pid
 from physident.setup_checks.jackknife import LEVEL, jackknife
@@ -213,8 +213,8 @@ def test_saturation_and_steps(runs: Runs) -> None:
     assert kinds(None, [replace(one, effort=held)]) == []
 
 
-def test_shares_equal_bounded_least_squares(ur5: pid.Robot, runs: Runs) -> None:
-    """The shares that a channel leaves, from products over blocks, against scipy's bounded solver on the rows."""
+def test_shares_equal_those_of_all_subsets_of_columns(ur5: pid.Robot, runs: Runs) -> None:
+    """The shares that a channel leaves, from products over blocks, against least squares on the rows with every subset of the columns."""
     rows = rows_of(ur5, runs)
     assert rows is not None
     moments = moments_of(rows)
@@ -222,10 +222,23 @@ def test_shares_equal_bounded_least_squares(ur5: pid.Robot, runs: Runs) -> None:
     np.testing.assert_allclose(np.diag(plus), own_unexplained(moments), atol=1e-9)
     torque, columns = rows.centred(rows.torque), rows.columns()
     for i, j in ((0, 0), (2, 1), (1, 1), (4, 4)):
-        x = columns[j] / np.maximum(np.linalg.norm(columns[j], axis=0), 1e-9)
+        norms = np.linalg.norm(columns[j], axis=0)
+        x = columns[j][:, norms > 1e-6] / norms[norms > 1e-6]
         for sign, found in ((1.0, plus), (-1.0, minus)):
-            solved = lsq_linear(x, sign * torque[:, i], bounds=(0, np.inf), tol=1e-14)
-            assert abs(2 * solved.cost / (torque[:, i] @ torque[:, i]) - found[i, j]) < 1e-4
+            best = _best_of_all_subsets(x, sign * torque[:, i])
+            assert abs(best / (torque[:, i] @ torque[:, i]) - found[i, j]) < 1e-6
+
+
+def _best_of_all_subsets(x: Array, y: Array) -> float:
+    """The smallest sum of squares that coefficients of zero or more leave, by trying which of them are zero."""
+    best = float(y @ y)
+    for count in range(1, x.shape[1] + 1):
+        for chosen in itertools.combinations(range(x.shape[1]), count):
+            part = x[:, chosen]
+            theta = np.linalg.lstsq(part, y, rcond=None)[0]
+            if (theta >= 0).all():
+                best = min(best, float(np.sum((y - part @ theta) ** 2)))
+    return best
 
 
 def test_jackknife_of_a_mean_is_student_s_interval() -> None:

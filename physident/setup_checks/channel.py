@@ -28,8 +28,8 @@ UNLIKE = 30.0  # noise of one joint over that of another, both relative: sensors
 def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording]) -> SetupFinding | None:
     """What kind of channel the efforts are, where they are not those of geared motors on all joints."""
     noise = relative_noise(recordings)
-    exact = noise < EXACT / 10
-    noisy = noise > UNLIKE * EXACT / 10
+    exact = noise < EXACT
+    noisy = noise > UNLIKE * max(float(noise[exact].max(initial=0.0)), EXACT / 10)
     if exact.any() and noisy.any() and (exact | noisy).all():
         return _mixture(
             exact,
@@ -47,7 +47,7 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
     evidence = (
         f"friction is at most {100 * share.high[strong].max():.1f} % of the inertia and gravity torque of {joints}"
     )
-    if np.nanmax(np.append(noise[strong], 0.0)) < EXACT and np.isfinite(noise[strong]).any():
+    if (noise[strong] < EXACT).any() and not (noise[strong] >= EXACT).any():
         return SetupFinding(
             kind="model_torque",
             joints=(),

@@ -89,7 +89,7 @@ def _left(sums: _Sums, kept: NDArray[np.bool_]) -> Array:
     b = cross[:, used] / scale[used]
     matrix = inner[np.ix_(used, used)] / np.outer(scale[used], scale[used])
     explained = np.einsum("sk,kl,sl->s", b, np.linalg.pinv(matrix, rcond=1e-9, hermitian=True), b)
-    return np.log(np.maximum(1 - explained / power, FLOOR))
+    return np.log(np.maximum(1 - explained / power, 0.0) + FLOOR)
 
 
 def _shifted(rows: Rows, joint: int, shift: float) -> Array:
