@@ -220,7 +220,7 @@ def test_shares_equal_those_of_all_subsets_of_columns(ur5: pid.Robot, runs: Runs
     moments = moments_of(rows)
     plus, minus = unexplained(moments)
     np.testing.assert_allclose(np.diag(plus), own_unexplained(moments), atol=1e-9)
-    torque, columns = rows.centred(rows.torque), rows.columns()
+    torque, columns = rows.centred(rows.torque), rows.columns
     for i, j in ((0, 0), (2, 1), (1, 1), (4, 4)):
         norms = np.linalg.norm(columns[j], axis=0)
         x = columns[j][:, norms > 1e-6] / norms[norms > 1e-6]
@@ -268,7 +268,9 @@ def test_real_recordings(data: Path) -> None:
     assert kinds(ur10e, runs) == []
     assert kinds(ur5, runs) == [("description", ())]
     assert kinds(ur10e, each(runs, lambda r: r.with_drive_gains([-g for g in UR10E_GAINS]))) == [("effort_sign", ALL)]
-    assert kinds(ur10e, each(runs, lambda r: r.with_drive_gains([g / 10 for g in UR10E_GAINS]))) == [("drive_gains", ())]
+    assert kinds(ur10e, each(runs, lambda r: r.with_drive_gains([g / 10 for g in UR10E_GAINS]))) == [
+        ("drive_gains", ())
+    ]
     desired = pid.load_recordings(str(data / "ur10e/ur-20_02_06*.csv"), "time=0,q=1:7,dq=7:13,tau=25:31")
     assert kinds(ur10e, desired) == [("model_torque", ())]
     loads = pid.load_recordings(str(data / "ur10e/*load*.csv"), UR10E_COLUMNS, UR10E_GAINS)

@@ -67,7 +67,7 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
 
 def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.bool_]]:
     """Friction of each joint (n,) over its inertia and gravity torque, and which joints (n,) have much of the latter."""
-    columns = rows.columns()
+    columns = rows.columns
 
     def shares(block: int | None) -> Array:
         theta = coefficients(moments, block)

@@ -48,7 +48,7 @@ class GravityScale:
 
 def gravity_scale(rows: Rows, moments: Moments) -> GravityScale | None:
     """The factors of gravity; None for an arm whose gravity torque does not change."""
-    columns = rows.columns()
+    columns = rows.columns
     size = columns[:, :, 0].std(axis=1)
     total = rows.centred(rows.torque).std(axis=0)
     if not size.max() > 1e-3 * total.max():

@@ -40,7 +40,7 @@ class Moments:
 
 def moments_of(rows: Rows) -> Moments:
     """The moments of rows."""
-    columns, torque = rows.columns(), rows.centred(rows.torque)
+    columns, torque = rows.columns, rows.centred(rows.torque)
     inner, cross, power = [], [], []
     for block in np.unique(rows.block):
         chosen = rows.block == block
@@ -98,13 +98,13 @@ def coefficients(moments: Moments, block: int | None = None) -> Array:
 
 def dissipation(rows: Rows, moments: Moments) -> Array:
     """Mean power (n,) [W] of the friction that least squares finds on each joint; negative where it would drive the motion."""
-    friction = np.einsum("jmk,jk->mj", rows.columns()[:, :, 3:], coefficients(moments)[:, 3:])
+    friction = np.einsum("jmk,jk->mj", rows.columns[:, :, 3:], coefficients(moments)[:, 3:])
     return (friction * rows.centred(rows.v)).mean(axis=0)
 
 
 def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> float:
     """Fitted torque of links' and rotors' inertia over the description's, mean over the joints where the latter is large."""
-    columns, theta = rows.columns(), coefficients(moments, block)
+    columns, theta = rows.columns, coefficients(moments, block)
     fitted, nominal = np.einsum("jmk,jk->jm", columns[:, :, 1:3], theta[:, 1:3]), columns[:, :, 1]
     power = (nominal**2).sum(axis=1)
     strong = rows.strong() & (power > 0)
@@ -114,7 +114,8 @@ def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> fl
 
 def _factor(matrix: Array) -> Array:
     """Upper triangular factor of a scaled matrix of products, kept regular."""
-    return np.asarray(np.linalg.cholesky(matrix + 1e-10 * np.eye(len(matrix)))).T
+    lower: Array = np.asarray(np.linalg.cholesky(matrix + 1e-10 * np.eye(len(matrix))), dtype=np.float64)
+    return lower.T
 
 
 def _explained(factor: Array, b: Array) -> float:

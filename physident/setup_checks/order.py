@@ -94,8 +94,8 @@ def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
     return SetupFinding(
         kind="joint_order",
         joints=joints,
-        statement=f"{joint_list(joints)} are in another order than in the description, positions and efforts alike: {_mapping(order)};"
-        " correct the order of the columns",
+        statement=f"{joint_list(joints)} are {'swapped' if len(joints) == 2 else 'in reverse order'} against the description, positions"
+        " and efforts alike; correct the order of the columns",
         evidence=f"in that order the description leaves {mean:.0f} % of the variance instead of {100 * as_is.mean():.0f} %, mean over joints",
         void=True,
     )
@@ -189,12 +189,10 @@ def _statement(found: Hypothesis) -> str:
     signs = f", with the sign of {joint_list(turned)} turned over" if turned else ""
     reverse = (found.order == np.arange(n)[::-1]).all() and n > 2
     how = "in reverse order" if reverse else f"in another order: {_mapping(found.order)}"
+    how = "swapped" if len(moved) == 2 else how
     return f"the efforts of {joint_list(moved)} are {how}{signs}"
 
 
 def _mapping(order: Order) -> str:
     """Which joint each moved channel belongs to, in words."""
-    moved = [k for k in range(len(order)) if order[k] != k]
-    if len(moved) == 2:
-        return f"those of {joint_list([moved[0] + 1, moved[1] + 1])} are swapped"
-    return ", ".join(f"column {k + 1} is joint {order[k] + 1}" for k in moved)
+    return ", ".join(f"column {k + 1} is joint {order[k] + 1}" for k in range(len(order)) if order[k] != k)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,7 @@ class Rows:
         whole = inverse_dynamics(self.robot, self.robot.nominal, self.q, self.v, self.a)
         return whole - self.gravity()
 
+    @cached_property
     def columns(self) -> Array:
         """What explains the torque of each joint, (n, M, 5): gravity, inertia, rotor, viscous and Coulomb friction, each
         without its mean over a segment, so that a constant offset of a recording is no evidence."""
@@ -59,7 +61,7 @@ class Rows:
 
     def strong(self) -> NDArray[np.bool_]:
         """The joints (n,) on which the description's inertia and gravity torque is large."""
-        size = self.columns()[:, :, :2].sum(axis=2).std(axis=1)
+        size = self.columns[:, :, :2].sum(axis=2).std(axis=1)
         return size >= STRONG * size.max()
 
     def centred(self, values: Array) -> Array:

@@ -65,10 +65,10 @@ class _Sums:
 
 
 def _joint_sums(rows: Rows, joint: int, blocks: NDArray[np.intp]) -> _Sums:
-    columns = rows.columns()[joint]
+    columns = rows.columns[joint]
     speed = np.abs(rows.v[:, joint])
     fast = speed > FAST * np.percentile(speed, 95)
-    shifted = np.column_stack([_shifted(rows, joint, shift) for shift in SHIFTS])
+    shifted = _shifted(rows, joint)
     x, y = columns[fast], shifted[fast]
     x, y, block = x - x.mean(axis=0), y - y.mean(axis=0), rows.block[fast]
     parts = [(x[block == b], y[block == b]) for b in blocks]
@@ -92,13 +92,14 @@ def _left(sums: _Sums, kept: NDArray[np.bool_]) -> Array:
     return np.log(np.maximum(1 - explained / power, 0.0) + FLOOR)
 
 
-def _shifted(rows: Rows, joint: int, shift: float) -> Array:
-    """The efforts (M,) of a joint ``shift`` [s] later."""
-    torque = np.empty(len(rows.time))
+def _shifted(rows: Rows, joint: int) -> Array:
+    """The efforts (M, S) of a joint later by every shift."""
+    torque = np.empty((len(rows.time), len(SHIFTS)))
     for part in np.unique(rows.segment):
         chosen = rows.segment == part
         time = rows.time[chosen]
-        torque[chosen] = CubicSpline(time, rows.torque[chosen, joint])(np.clip(time + shift, time[0], time[-1]))
+        later = np.clip(time[:, None] + SHIFTS, time[0], time[-1])
+        torque[chosen] = CubicSpline(time, rows.torque[chosen, joint])(later)
     return torque
 
 

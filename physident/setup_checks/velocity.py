@@ -90,11 +90,11 @@ def _order(rows: Velocities, moving: NDArray[np.bool_]) -> SetupFinding | None:
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(changed))
     text = ", ".join(f"column {order[j - 1] + 1} is joint {j}" for j in joints)
-    text = f"those of {joint_list(joints)} are swapped" if len(joints) == 2 else text
+    how = "swapped" if len(joints) == 2 else f"in another order than the positions: {text}"
     return SetupFinding(
         kind="velocity_order",
         joints=joints,
-        statement=f"the velocities of {joint_list(joints)} are in another order than the positions: {text}; correct the columns of dq",
+        statement=f"the velocities of {joint_list(joints)} are {how}; correct the columns of dq",
         evidence=f"they differ from the derivative of position by {100 * own[changed].max():.0f} % as they are and"
         f" {100 * other[changed].max():.0f} % so",
         void=True,
