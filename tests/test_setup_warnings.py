@@ -7,7 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from scipy.signal import savgol_filter
 
 import physident as pid
 from physident.cli import run
@@ -61,8 +63,9 @@ def test_identify_warns_and_keeps_the_warning(
 
 def test_a_healthy_verdict_begins_with_the_error(healthy_estimate: pid.Estimate) -> None:
     text = repr(healthy_estimate)
-    low, high = (f"{end(healthy_estimate.relative):.0f}" for end in (min, max))
-    assert f"verdict: the model leaves {low} to {high} % of the torque; " in text
+    low, high = healthy_estimate.relative.min(), healthy_estimate.relative.max()
+    assert low < 1 < high
+    assert f"verdict: the model leaves {low:.2g} to {high:.0f} % of the torque; " in text
     assert healthy_estimate.warnings == ()
     assert healthy_estimate.unsized == ()
 
@@ -106,3 +109,47 @@ def test_parameters_that_recordings_cannot_size_are_printed_as_such(ur5: pid.Rob
     assert "not sized by these data" in shown
     (row,) = [line for line in shown.splitlines() if line.startswith("    4") and "not sized" in line]
     assert len(row) <= 100
+
+
+def _loaded(robot: pid.Robot, run: pid.Recording, centre: list[float]) -> pid.Recording:
+    """The recording with the torque of 3 kg on the last link added, by pinocchio along the smoothed motion."""
+    step = float(np.median(np.diff(run.time)))
+    motion = [np.asarray(savgol_filter(run.q, 41, 5, deriv=k, delta=step, axis=0)) for k in range(3)]
+    model = robot.pinocchio.copy()
+    model.inertias[6] = model.inertias[6] + pin.Inertia(3.0, np.array(centre), 0.01 * np.eye(3))
+    with_load, bare = model.createData(), robot.pinocchio.createData()
+    more = [
+        pin.rnea(model, with_load, *row) - pin.rnea(robot.pinocchio, bare, *row) for row in zip(*motion, strict=True)
+    ]
+    return replace(run, effort=run.effort + np.array(more))
+
+
+def test_a_load_that_contradicts_itself_is_doubtful(
+    ur5: pid.Robot, healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """Two recordings with the load on opposite sides are no single load; with the load on one side they are."""
+    one, other = ([0.1, 0.0, 0.05], [-0.1, 0.0, 0.05])
+    same = pid.identify_payload(healthy_estimate, [_loaded(ur5, run, one) for run in healthy_runs[2:]])
+    assert same.contradictions == ()
+    assert same.as_dict()["warnings"] == []
+    assert "[" in repr(same)
+    pair = zip(healthy_runs[2:], (one, other), strict=True)
+    averaged = pid.identify_payload(healthy_estimate, [_loaded(ur5, run, centre) for run, centre in pair])
+    assert any("times that of the arm's model" in text for text in averaged.contradictions)
+    assert averaged.as_dict()["mass_interval_kg"] is None
+    shown = repr(averaged)
+    assert "intervals withheld" in shown
+    assert "verdict: doubtful: a load of" in shown
+    assert "[" not in shown.replace("[N m]", "").replace("[kg]", "")
+
+
+def test_joints_that_disagree_about_the_mass_are_reported(
+    ur5: pid.Robot, healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """A drive gain of joint 2 that is 30 % too high shows in what joint 2 alone says of the load."""
+    scale = np.array([1.0, 1.3, 1.0, 1.0, 1.0, 1.0])
+    runs = [replace(run, effort=run.effort * scale) for run in healthy_runs]
+    arm = pid.identify(ur5, runs[:2])
+    loaded = [_loaded(ur5, run, [0.0, 0.0, 0.1]) for run in healthy_runs[2:]]
+    found = pid.identify_payload(arm, [replace(run, effort=run.effort * scale) for run in loaded])
+    assert any("joints disagree about the mass" in text for text in found.contradictions)

@@ -80,8 +80,8 @@ def _verdict(estimate: EstimatedModel) -> str:
 
 
 def _percent(values: np.ndarray) -> str:
-    low, high = f"{values.min():.2g}", f"{values.max():.2g}"
-    low, high = (f"{v:.0f}" if v >= 1 else t for v, t in ((values.min(), low), (values.max(), high)))
+    """The range of values in words: "3 to 13 %"."""
+    low, high = (f"{value:.0f}" if value >= 1 else f"{value:.2g}" for value in (values.min(), values.max()))
     return f"{low} %" if low == high else f"{low} to {high} %"
 
 
