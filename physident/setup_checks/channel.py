@@ -18,7 +18,7 @@ from physident.setup_checks.joint_fit import Moments, coefficients
 from physident.setup_checks.rows import Rows
 
 Array = NDArray[np.float64]
-NO_FRICTION = 0.08  # of inertia and gravity: gears of arms lose more
+NO_FRICTION = 0.1  # of inertia and gravity: gears of arms lose more than a tenth
 FRICTION = 0.15  # of inertia and gravity: no sensor behind the gear shows as much
 EXACT = 1e-3  # of the effort's standard deviation: current and torque sensors have more noise
 CHANGING = 0.05  # share of samples that differ from the ones before: fewer say nothing about noise

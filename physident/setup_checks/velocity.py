@@ -28,39 +28,31 @@ LATE = 0.01  # s: at 5 Hz it turns the phase by 18 degrees, which a model takes 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Velocities:
-    """Filtered rows (M, n) in motion: ``measured`` velocity, ``derived`` from position [rad/s], their derivatives' ``slope``
-    [rad/s^2] and ``rate_of_measured`` [rad/s^2], ``position`` [rad]; ``block`` (M,)."""
+    """Filtered rows (M, n) in motion: ``measured`` velocity, ``derived`` from position [rad/s], the latter's ``slope``
+    [rad/s^2]; ``block`` (M,)."""
 
     measured: Array
     derived: Array
     slope: Array
-    rate_of_measured: Array
-    position: Array
     block: NDArray[np.intp]
     step: float
 
 
 def check_velocity(recordings: Sequence[Recording]) -> Iterator[SetupFinding]:
     """Contradictions between the measured velocity and the positions of recordings that measure both."""
-    rows = _velocities([recording for recording in recordings if recording.dq is not None])
+    both = [recording for recording in recordings if recording.dq is not None]
+    if (swapped := _swapped(both)) is not None:
+        yield swapped
+        return
+    rows = _velocities(both)
     if rows is None:
         return
     moving = np.abs(rows.derived).max(axis=0) > 2 * MOVING_SPEED
     n = len(moving)
     if not moving.any():
         return
-    swapped = np.diag(_correlation(rows.position, rows.rate_of_measured))
     own = _correlation(rows.derived, rows.measured)
     agree = np.abs(np.diag(own)) >= ALIKE
-    if (swapped[moving] > SAME).all() and not agree[moving].any():
-        yield SetupFinding(
-            kind="position_velocity_swapped",
-            joints=(),
-            statement="the columns of q and dq are swapped: the derivative of dq is q; correct --columns",
-            evidence=f"correlation at least {swapped[moving].min():.3f}",
-            void=True,
-        )
-        return
     if (order := _order(rows, moving)) is not None:
         yield order
         return
@@ -70,6 +62,27 @@ def check_velocity(recordings: Sequence[Recording]) -> Iterator[SetupFinding]:
         return
     yield from _scales(rows, moving)
     yield from _delay(rows, moving)
+
+
+def _swapped(recordings: Sequence[Recording]) -> SetupFinding | None:
+    """Positions in the columns of velocity and the reverse: the derivative of what should be velocity is what should be position."""
+    turned = [replace(r, q=np.array(r.dq), dq=np.array(r.q)) for r in recordings if r.dq is not None]
+    rows = _velocities(turned)
+    if rows is None:
+        return None
+    moving = np.abs(rows.derived).max(axis=0) > 2 * MOVING_SPEED
+    size = np.maximum((rows.derived**2).sum(axis=0), 1e-30)
+    factor = (rows.measured * rows.derived).sum(axis=0) / size
+    alike = np.diag(_correlation(rows.derived, rows.measured))
+    if not moving.any() or not ((alike > SAME) & (np.abs(factor - 1) < TOLERANCE))[moving].all():
+        return None
+    return SetupFinding(
+        kind="position_velocity_swapped",
+        joints=(),
+        statement="the columns of q and dq are swapped: the derivative of dq is q; correct --columns",
+        evidence=f"correlation at least {alike[moving].min():.3f}",
+        void=True,
+    )
 
 
 def _order(rows: Velocities, moving: NDArray[np.bool_]) -> SetupFinding | None:
@@ -193,7 +206,7 @@ def _velocities(recordings: Sequence[Recording]) -> Velocities | None:
     parts = [part for part in map(_of_recording, recordings) if part is not None]
     if not parts:
         return None
-    names = ("measured", "derived", "slope", "rate_of_measured", "position")
+    names = ("measured", "derived", "slope")
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     count = len(joined["measured"])
     return Velocities(**joined, block=np.arange(count) * BLOCKS // count, step=max(part.step for part in parts))
@@ -208,10 +221,9 @@ def _of_recording(recording: Recording) -> Velocities | None:
         return None
     part = signals.part(max(signals.segments, key=lambda s: s.stop - s.start))
     assert part.torque is not None
-    rate = np.gradient(part.torque, 1 / signals.rate, axis=0)
-    channels = (part.torque, part.v, np.gradient(part.v, 1 / signals.rate, axis=0), rate, part.q)
+    channels = (part.torque, part.v, np.gradient(part.v, 1 / signals.rate, axis=0))
     rows = [filter.apply(np.ascontiguousarray(x.T), signals.rate).T for x in channels]
-    names = ("measured", "derived", "slope", "rate_of_measured", "position")
+    names = ("measured", "derived", "slope")
     return Velocities(
         **dict(zip(names, rows, strict=True)), block=np.zeros(len(rows[0]), dtype=np.intp), step=1 / signals.rate
     )
