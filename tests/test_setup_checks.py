@@ -104,6 +104,11 @@ def test_drive_gains(ur5: pid.Robot, runs: Runs) -> None:
     assert kinds(ur5, without) == []  # nothing is known of the size of currents without gains
 
 
+def test_efforts_that_are_velocities(ur5: pid.Robot, runs: Runs) -> None:
+    wrong = each(runs, lambda r: replace(r, effort=np.gradient(r.q, r.time, axis=0)))
+    assert kinds(ur5, wrong) == [("effort_unlike", ())]
+
+
 def test_a_load_is_no_mistake(ur5: pid.Robot, runs: Runs) -> None:
     """5 kg, the arm's rated payload, half a metre from joint 3."""
     model = ur5.pinocchio.copy()

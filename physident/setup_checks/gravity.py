@@ -26,6 +26,7 @@ UNEXPLAINED = 0.3  # share of variance: where gravity is truly taken out, fricti
 HEALTHY_INERTIA = (0.3, 5.0)  # factor of inertia: rotors add their own, a sensor behind the gear may see less
 ANOTHER_INERTIA = (0.15, 10.0)  # inertia grows with the square of lengths
 OUT_OF_PROPORTION = 4.0  # inertia's factor over gravity's: rotors make it two
+NOTHING = 1e-3  # factor: no gear ratio of an arm is as large as its inverse
 MOTOR_SIDE = 1 / 30  # factor: gears of arms have ratios of 30 to 200, and amperes are a tenth of newton metres
 
 
@@ -155,6 +156,15 @@ def _wrong_size(scale: GravityScale, evidence: str, value: float, effort_kind: s
 
 def _size_finding(evidence: str, value: float, effort_kind: str, another: tuple[float, float]) -> SetupFinding:
     """Efforts of another size than the description's: of another robot within ``another``, else in another unit."""
+    if value < NOTHING:
+        return SetupFinding(
+            kind="effort_unlike",
+            joints=(),
+            statement="the efforts do not follow the description's gravity: check the effort columns, the robot, and whether the"
+            " driver takes gravity out",
+            evidence=evidence,
+            void=True,
+        )
     if effort_kind == "current":
         what = (
             f"the drive gains are {1 / value:.2g} times too small"
