@@ -25,7 +25,7 @@ from studies.setup_checks.mistakes import MISTAKES, Wrong
 
 HERE = Path(__file__).parent
 CACHE = Path(os.environ.get("PHYSIDENT_CACHE", Path.home() / ".cache" / "physident")) / "setup_checks"
-FIRST, ARMS = 88_000, 50  # seeds of the simulated arms; none below was seen while thresholds were chosen
+FIRST, ARMS = 88_000, 50  # seeds of the simulated arms; README.md says what changed after a first look at them
 JOINED = {"ur10e": "ur10e 20_02", "ur5": "ur5 move"}  # real arms with several recordings of one set-up
 REFUSED = {"position_degrees": "degrees", "position_motor": "motor"}  # what the refusal of a file says
 Make = Callable[[Arm, np.random.Generator], Wrong | None]
