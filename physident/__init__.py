@@ -77,6 +77,8 @@ _PUBLIC = {
     "identify_payload": "estimation.payload.identify_payload",
     "Robot": "robots.robot",
     "load_robot": "robots.load",
+    "SetupFinding": "setup_checks.finding",
+    "check_setup": "setup_checks.check_setup",
     "Sensors": "simulation.sensors",
     "simulate": "simulation.simulate",
     "Filter": "recordings.signals",
@@ -137,6 +139,8 @@ if TYPE_CHECKING:
     from physident.report.page import write_report
     from physident.robots.load import load_robot
     from physident.robots.robot import Robot
+    from physident.setup_checks.check_setup import check_setup
+    from physident.setup_checks.finding import SetupFinding
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate

@@ -28,6 +28,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "setup_checks",
     "estimation",
     "validation",
     "excitation",

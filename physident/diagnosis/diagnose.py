@@ -33,6 +33,7 @@ from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
+from physident.setup_checks.check_setup import warn_of_setup
 
 SILENT = 1e-9  # N m a unit: rounding
 
@@ -95,6 +96,7 @@ def diagnose_motion(
     with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
     signals = prepare_all(given.robot, with_torque, used_filter)
     check_holdout(model, recordings, holdout, used_filter)
+    warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
@@ -132,6 +134,7 @@ def diagnose_motion(
         seed=seed,
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
+        warnings=warnings,
     )
 
 

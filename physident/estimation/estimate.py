@@ -49,6 +49,8 @@ class Estimate(EstimatedModel):
             "held": list(self.active_constraints),
             "shapes": [vars(shape) for shape in self.shape_parameters],
             "violations": list(self.violations),
+            "unsized": list(self.unsized),
+            "warnings": list(self.warnings),
             "base_parameters": self._base_parameters(),
             "covariance": self.covariance.tolist(),
             "sigma": self.sigma.tolist(),

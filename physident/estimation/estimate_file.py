@@ -46,6 +46,8 @@ class _Entries:
     base_shares: tuple[Share, ...]
     held: tuple[str, ...]
     shapes: tuple[FoundShape, ...]
+    unsized: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def load_estimate(path: str | Path) -> Estimate:
@@ -56,7 +58,7 @@ def load_estimate(path: str | Path) -> Estimate:
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
-    entries = READER.read(_Entries, data, "")
+    entries = READER.read(_Entries, {"unsized": [], "warnings": []} | data, "")  # files of older versions have neither
     estimate = Estimate(
         model=Model.from_dict(data),
         estimator=estimator_from_dict(entries.estimator),
@@ -75,6 +77,8 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
         base_shares=entries.base_shares,
         active_constraints=entries.held,
         shape_parameters=entries.shapes,
+        unsized=entries.unsized,
+        warnings=entries.warnings,
     )
     _check_sizes(estimate)
     _check_shares(estimate)

@@ -24,6 +24,7 @@ from physident.estimation.rest_rows import row_weights
 from physident.estimation.robust import robust_least_squares
 from physident.estimation.shape_parameters import quick_fit, settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
+from physident.estimation.sizing import unsized_parameters
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.recordings.checks import check_effort, refuse_duplicates
@@ -33,6 +34,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 from physident.robots.load import load_robot
 from physident.robots.robot import Robot
+from physident.setup_checks.check_setup import warn_of_setup
 
 Array = NDArray[np.float64]
 
@@ -50,7 +52,8 @@ def identify(
     ``robot`` may be a name or a path, ``recordings`` one or several recordings, paths or patterns.
     ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
     (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
-    ``columns`` is the layout of files, stored in the estimate as the default layout of others. Raises InputError for
+    ``columns`` is the layout of files, stored in the estimate as the default layout of others. Recordings are held against the
+    robot's description first, see ``check_setup``: what is wrong is a warning, and in the estimate's ``warnings``. Raises InputError for
     recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
     that cannot be the arm's, and for a prior or bounds that do not fit the model; NotSolvedError where the estimator does
     not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
@@ -64,6 +67,7 @@ def identify(
     initial = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)
+    warnings = warn_of_setup(robot, recordings)
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
@@ -72,7 +76,7 @@ def identify(
         regressor = weight_rows(regressor, row_weights(robot, settled, regressor, theta, signals, filter))
     estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
-    return with_shape_uncertainty(estimate, regressor, sensitivities)
+    return replace(with_shape_uncertainty(estimate, regressor, sensitivities), warnings=warnings)
 
 
 def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:
@@ -157,6 +161,7 @@ def estimate_from(
             shares=tuple(float(share) for share in physical.shares.directions),
             base_shares=tuple(float(share) for share in physical.shares.base),
             active_constraints=physical.active_constraints,
+            unsized=unsized_parameters(regressor, base, physical.theta),
         )
     solution = _least_squares_solution(regressor, base, nominal, estimator)
     theta = base.nearest(nominal, solution.base)
@@ -181,6 +186,7 @@ def estimate_from(
         drive_gains=shared_gains(recordings),
         blocks=solution.blocks,
         base_shares=tuple(float(determined) for determined in solution.determined),
+        unsized=unsized_parameters(regressor, base, theta),
     )
 
 

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 BAND_SHARE = 0.99  # of a signal's power above its noise floor
 NOISE_FACTOR = 3  # noise floors: a chi-squared bin of noise rarely exceeds it
 MAX_BAD_ROWS = 20  # bad rows that are listed
+CONTRARY = 50.0  # %: no filter or delay of a few samples makes a measured velocity differ as much from the derivative of position
 MIN_REST = 0.3  # s: a shorter standstill is a reversal
 
 
@@ -183,7 +184,11 @@ def _verdict(i: Inspection) -> str:
     if len(i.rest) == 1 and i.rest[0][1] - i.rest[0][0] > 0.95 * i.recording.duration:
         return "verdict: no joint moves; a static pose shows only gravity and stiction, which is not enough to identify a model"
     still = [str(j + 1) for j in range(i.recording.n) if i.speed[j] < MOVING_SPEED]
-    parts = [f"suggested --cutoff {i.cutoff:g}"]
+    parts = []
+    contrary = [str(j + 1) for j in np.flatnonzero(i.velocity_error > CONTRARY)]
+    if contrary:
+        parts.append(f"dq contradicts q on joint{'s' if len(contrary) > 1 else ''} {', '.join(contrary)}")
+    parts.append(f"suggested --cutoff {i.cutoff:g}")
     if still:
         parts.append(
             f"joint{'s' if len(still) > 1 else ''} {', '.join(still)} never move{'' if len(still) > 1 else 's'}"

@@ -106,7 +106,7 @@ def _refuse_degrees(q: Array, source: str) -> None:
         joint = int(np.argmax(np.median(wide, axis=0))) + 1
         value = np.median(wide[:, joint - 1])
         raise InputError(
-            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians: convert degrees"
+            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians of the joints: convert degrees, or divide the positions of motors by their gear ratios"
         )
 
 

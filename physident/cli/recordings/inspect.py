@@ -56,7 +56,9 @@ def inspect(
         Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw motion and effort (.png, .pdf, .svg).")
     ] = None,
 ) -> None:
-    """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff."""
+    """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff.
+
+    With --robot, recordings are also held against the description: signs, order, gains, units, and what the efforts are."""
     from physident.recordings.inspection import inspect_recording
 
     if effects is not None and robot is None:
@@ -73,10 +75,33 @@ def inspect(
 
         plot_recordings(loaded, plot)
     typer.echo("\n\n".join(map(repr, inspections)))
+    if any(
+        len(one.rest) != 1 or one.rest[0][1] - one.rest[0][0] < 0.95 * one.recording.duration for one in inspections
+    ):
+        typer.echo("\n" + _setup(arm, loaded))  # nothing can be said of a static pose
     if arm is not None:
         typer.echo("\n" + _manipulability(arm, loaded))
     if effects is not None and arm is not None:
         typer.echo("\n" + _visibility(arm, effects, loaded, cutoff))
+
+
+def _setup(arm: Robot | None, recordings: list) -> str:
+    """What is wrong with the set-up: of the recordings themselves, and together against a robot's description."""
+    from physident.setup_checks.check_setup import check_setup
+
+    if arm is None:
+        found = [(recording, finding) for recording in recordings for finding in check_setup(None, recording)]
+        rows = [f"  {Path(recording.source).name}: {finding}" for recording, finding in found]
+        against = "the recordings themselves; --robot holds them against a description"
+    else:
+        findings = check_setup(arm, recordings)
+        rows = [
+            f"  {'' if finding.note else 'wrong: ' if finding.void else 'caution: '}{finding}" for finding in findings
+        ]
+        against = f"against the description of {arm.name}"
+        if any(recording.effort_kind == "current" and recording.drive_gains is None for recording in recordings):
+            against += ", sizes left out: the currents have no drive gains"
+    return f"set-up, {against}:" + (" nothing wrong was seen" if not rows else "\n" + "\n".join(rows))
 
 
 def _manipulability(arm: Robot, recordings: list) -> str:

@@ -29,7 +29,8 @@ class DiagnosisRecord:
     that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
-    autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``path`` and ``sha256`` are those of the file that it was read from.
+    autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
+    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from.
     """
 
     question: Question
@@ -53,6 +54,7 @@ class DiagnosisRecord:
     incomplete: tuple[int, ...]
     recording_offsets: bool
     simulated: Simulated | None = None
+    warnings: tuple[str, ...] = ()
     path: Path | None = None
     sha256: str | None = None
 
@@ -89,6 +91,7 @@ class DiagnosisRecord:
             "held": list(self.unidentified),
             "incomplete": list(self.incomplete),
             "recording_offsets": self.recording_offsets,
+            "warnings": list(self.warnings),
             "seed": self.seed,
             **({} if self.simulated is None else {"simulated": _plain(asdict(self.simulated))}),
             "version": VERSION,

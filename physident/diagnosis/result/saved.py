@@ -57,6 +57,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         seed=READER.read(int, data["seed"], "seed"),
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
+        warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )
