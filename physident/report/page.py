@@ -47,7 +47,7 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("meta", charset="utf-8"),
         tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        tag("title", headline(c.question, c.verdict, c.findings)),
+        tag("title", headline(c.question, c.verdict, c.causes)),
         tag("style", Markup(STYLE)),
     )
     sections = [

@@ -30,7 +30,8 @@ class DiagnosisRecord:
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
-    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from.
+    recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
+    whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from.
     """
 
     question: Question
@@ -55,8 +56,15 @@ class DiagnosisRecord:
     recording_offsets: bool
     simulated: Simulated | None = None
     warnings: tuple[str, ...] = ()
+    missing_since_before: tuple[Finding, ...] = ()
+    controlled: bool | None = None
     path: Path | None = None
     sha256: str | None = None
+
+    @property
+    def causes(self) -> tuple[Finding, ...]:
+        """The findings that are causes, in the order of their evidence."""
+        return tuple(f for f in self.findings if f.grade == "cause")
 
     @property
     def structured(self) -> tuple[Unexplained, ...]:
@@ -75,6 +83,8 @@ class DiagnosisRecord:
             "question": self.question,
             "verdict": self.verdict,
             "findings": [_plain(asdict(f)) for f in self.findings],
+            "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
+            "controlled": self.controlled,
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),
