@@ -31,6 +31,7 @@ from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
+from physident.estimation.transition_width import model_with_transitions
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
@@ -103,6 +104,8 @@ def diagnose_motion(
     check_holdout(model, recordings, holdout, used_filter)
     warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
+    if isinstance(model, Model):  # a description says nothing of how its friction turns
+        model = given = model_with_transitions(model, signals, used_filter)
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
