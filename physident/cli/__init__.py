@@ -6,15 +6,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
+import signal
 import sys
 import warnings
 
 import typer
 
-# the matrices are small: one thread is as fast, and threads that wait for a busy core cost ten times as much
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# the matrices are small: one thread is as fast, threads that wait for a busy core cost ten times as much, and the last
+# digits of a sum depend on their number
+os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
 
 from physident.cli.app import COMMANDS, app
 from physident.errors import PhysidentError, PhysidentWarning
@@ -30,9 +33,35 @@ for _folder, _names in COMMANDS.items():
 
 def main() -> None:
     """Run the command line; exit code 0, 2 for unusable input, 3 for a problem that was not solved."""
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):  # a character that the terminal lacks is shown by its number
         stream.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
-    sys.exit(run(sys.argv[1:]))
+    for name in ("SIGTERM", "SIGHUP"):  # as Ctrl-C: temporary files are removed on the way out
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _stop)
+    code = run(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left in the buffer cannot be printed at exit either
+        if not isinstance(error, BrokenPipeError):  # a reader that has seen enough is no error
+            _print_line(f"error: standard output cannot be written ({error.strerror}); send it elsewhere")
+            code = code or 2
+    sys.exit(code)
+
+
+def _open_closed_streams() -> None:
+    """Streams that the caller closed (``>&-``) go nowhere, so that no file is opened in their place."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest free number: this one
+            setattr(sys, name, os.fdopen(number, "w" if number else "r"))
+
+
+def _stop(number: int, _: object) -> None:
+    raise SystemExit(128 + number)
 
 
 def run(arguments: list[str]) -> int:
@@ -62,13 +91,15 @@ def run(arguments: list[str]) -> int:
             _print_line(f"error: {error}")
             return error.exit_code
         except CommandLineError as error:
-            _print_line(f"error: {error.format_message()}; see physident --help")  # pyright: ignore[reportAttributeAccessIssue]
+            context = getattr(error, "ctx", None)
+            verb = context.command_path if context is not None else "physident"
+            text = error.format_message().rstrip(".")  # pyright: ignore[reportAttributeAccessIssue]
+            _print_line(f"error: {text}; see {verb} --help")
             return 2
         except (typer.Abort, KeyboardInterrupt):
             _print_line("stopped; no file was left half written")
             return INTERRUPTED
         except BrokenPipeError:
-            sys.stderr.close()
             return 0
         except OSError as error:
             _print_line(
@@ -85,4 +116,5 @@ def _print_line(text: str) -> None:
     line = "".join(sign if sign.isprintable() else "?" for sign in " ".join(text.split()))
     if len(line) > MAX_LINE:
         line = f"{line[: MAX_LINE // 2]} ... {line[-MAX_LINE // 2 :]}"
-    print(f"physident: {line}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # nobody reads it
+        print(f"physident: {line}", file=sys.stderr)

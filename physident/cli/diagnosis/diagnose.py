@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import app, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -40,7 +40,7 @@ def diagnose(
     holdout: Annotated[
         list[str] | None,
         typer.Option(
-            "--holdout", metavar="RECORDING", help="A recording to validate the result on; repeat for several."
+            "--holdout", metavar="RECORDING...", help="Recordings to validate the result on, up to the next option."
         ),
     ] = None,
     json_out: JsonOption = None,
@@ -69,7 +69,9 @@ def diagnose(
     modelled gravity torque."""
     from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose as run
+    from physident.diagnosis.result.diagnosis import Diagnosis
     from physident.estimation.estimate import Estimate
+    from physident.outputs import together
     from physident.recordings.signals import Filter
 
     if (model is None) == (robot is None):
@@ -86,23 +88,22 @@ def diagnose(
     loaded = read_recordings(recordings, layout, drive_gains)
     unseen = read_recordings(holdouts, layout, drive_gains) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
-    found = run(start, loaded, unseen, filter, seed, _print_progress, layout if nominal else None, recording_offsets)
+    with busy("searching") as say:
+        found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
-    if json_out is not None:
-        found.save(json_out)
-    if isinstance(found, AtRest):
-        typer.echo(repr(found))
-        return
-    if out is not None and found.estimate is not None:
-        found.estimate.save(out)
-    if plot is not None:
-        from physident.graphics.figures.residual import plot_diagnosis
+    with together():
+        if json_out is not None:
+            found.save(json_out)
+        if isinstance(found, Diagnosis) and out is not None and found.estimate is not None:
+            found.estimate.save(out)
+        if isinstance(found, Diagnosis) and plot is not None:
+            from physident.graphics.figures.residual import plot_diagnosis
 
-        contact = any(finding.effect == "contact" for finding in found.findings)  # it is in a diagnosed recording
-        plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
+            contact = any(finding.effect == "contact" for finding in found.findings)  # it is in a diagnosed recording
+            plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
     typer.echo(repr(found))
-    if out is not None:
+    if isinstance(found, Diagnosis) and out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
 
 
@@ -123,7 +124,3 @@ def _described(source: str, effects: str | None) -> Model:
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:
         raise InputError(f"--effects names {', '.join(repeated)} twice; expected each effect once")
     return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
-
-
-def _print_progress(text: str) -> None:
-    typer.echo(f"physident: added {text}", err=True)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
-from physident.files import write_with
+from physident.outputs import write_with
 from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
 from physident.recordings.recording import BadRow
 
