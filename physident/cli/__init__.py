@@ -44,9 +44,9 @@ def main() -> None:
         sys.stdout.flush()
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left in the buffer cannot be printed at exit either
-        if not isinstance(error, BrokenPipeError):  # a reader that has seen enough is no error
-            _print_line(f"error: standard output cannot be written ({error.strerror}); send it elsewhere")
-            code = code or 2
+        if code == 0 and not isinstance(error, BrokenPipeError):  # a reader that has seen enough is no error
+            _print_line(f"error: standard output: {error.strerror}; expected a place that can be used")
+            code = 2
     sys.exit(code)
 
 
@@ -102,9 +102,8 @@ def run(arguments: list[str]) -> int:
         except BrokenPipeError:
             return 0
         except OSError as error:
-            _print_line(
-                f"error: {error.filename or 'a file'}: {error.strerror or error}; expected a path that can be used"
-            )
+            place = error.filename or "standard output"  # the writing of files has its own message
+            _print_line(f"error: {place}: {error.strerror or error}; expected a place that can be used")
             return 2
         except MemoryError:
             _print_line("error: not enough memory for these recordings; expected shorter ones, split them")

@@ -35,7 +35,7 @@ class _Display:
                 done = "" if share is None else f", {100 * share:.0f} % done"
                 print(f"physident: {self.activity}{done}, {now - self.start:.0f} s", file=sys.stderr, flush=True)
         elif self.bar is not None:
-            self.bar.update(self.bar.task_ids[0], completed=share)
+            self.bar.update(self.bar.task_ids[0], completed=None if share is None else 100 * share)
         elif now - self.start > PATIENCE:
             self._open()
 
@@ -55,7 +55,7 @@ class _Display:
         counted = (BarColumn(), TaskProgressColumn()) if self.share is not None else (SpinnerColumn(),)
         columns = (TextColumn("{task.description}"), *counted, TimeElapsedColumn())
         bar = Progress(*columns, console=Console(stderr=True), transient=True)
-        bar.add_task(self.activity, total=None if self.share is None else 1.0, completed=self.share or 0.0)
+        bar.add_task(self.activity, total=None if self.share is None else 100, completed=int(100 * (self.share or 0)))
         bar.start()
         self.bar = bar
 

@@ -74,12 +74,19 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     Writes recordings, models, diagnosis, report and rerun session into ``folder``, which is created. Raises InputError where
     the folder has a file of such a name that no demo wrote, or that has changed since.
     """
-    from physident.graphics.view import view
-    from physident.report.page import write_report
-
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     _refuse_foreign_files(folder)
+    try:
+        return _run(folder, seed)
+    finally:
+        _list_files(folder)
+
+
+def _run(folder: Path, seed: int) -> Demo:
+    from physident.graphics.view import view
+    from physident.report.page import write_report
+
     robot = load_robot("ur5")
     arm = healthy_arm(robot)
     truth = hide(arm, seed)
@@ -95,7 +102,6 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     write_report(folder / "diagnosis.json", report)
     models = [estimate] if diagnosis.estimate is None else [estimate, diagnosis.estimate]
     view(models, [*now, unseen], diagnosis, to=session)
-    _list_files(folder)
     return Demo(diagnosis, truth, folder, (report, session))
 
 
@@ -107,7 +113,7 @@ def _refuse_foreign_files(folder: Path) -> None:
         mine = data["sha256"] if isinstance(data.get("sha256"), dict) else {}
     for name in FILES:
         if (folder / name).exists() and mine.get(name) != _sha256(folder / name):
-            raise InputError(f"{folder / name} exists and is not the demo's; expected another folder (--folder)")
+            raise InputError(f"{folder / name} exists, and no demo wrote it; expected a folder without it (--folder)")
 
 
 def _list_files(folder: Path) -> None:

@@ -23,7 +23,7 @@ from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 
 # the classes take different settings, for which there is no common type
 CATALOGUE: dict[str, Any] = {
@@ -77,7 +77,9 @@ def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
 def effect_class(name: str) -> Any:
     """The class of an effect by its name; raises InputError for a name that the catalogue does not have."""
     if name not in CATALOGUE:
-        raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
+        raise InputError(
+            f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}{did_you_mean(name, CATALOGUE)}"
+        )
     return CATALOGUE[name]
 
 
