@@ -31,7 +31,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
+from physident.recordings.signals import Filter, as_filter
 
 SILENT = 1e-9  # N m a unit: rounding
 
@@ -40,7 +40,7 @@ def diagnose(
     model: Estimate | Model,
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
@@ -66,7 +66,7 @@ def diagnose_motion(
     model: Estimate | Model,
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
@@ -86,7 +86,7 @@ def diagnose_motion(
     refuse_repeated(model, recordings, holdout)
     estimate = model if isinstance(model, Estimate) else None
     given = model if isinstance(model, Model) else model.model
-    used_filter = estimate.filter if estimate else filter or Filter()
+    used_filter = estimate.filter if estimate else as_filter(filter)
     gains = estimate.drive_gains if estimate else shared_gains(recordings)
     layout = estimate.layout if estimate else columns
     with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
@@ -135,7 +135,7 @@ def diagnose_motion(
 def _check_options(
     model: Estimate | Model,
     recordings: Sequence[Recording],
-    filter: Filter | None,
+    filter: Filter | float | None,
     columns: str | None,
     recording_offsets: bool,
 ) -> None:

@@ -56,8 +56,11 @@ CATALOGUE: dict[str, Any] = {
 DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 
 
-def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
-    """Effects from names or effect objects; raises InputError for an unknown or repeated effect, or for none."""
+def make_effects(effects: str | Iterable[str | Effect]) -> tuple[Effect, ...]:
+    """Effects from names or effect objects, or from one text of names separated by commas; raises InputError for an unknown
+    or repeated effect, or for none."""
+    if isinstance(effects, str):
+        effects = [name.strip() for name in effects.split(",") if name.strip()]
     result = tuple(effect if isinstance(effect, Effect) else effect_class(effect)() for effect in effects)
     if not result:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")

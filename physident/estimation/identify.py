@@ -26,7 +26,7 @@ from physident.identifiability.base_parameters import BaseParameters, find_base_
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
-from physident.recordings.signals import MOVING_SPEED, Filter, Signals
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
@@ -35,15 +35,16 @@ Array = NDArray[np.float64]
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],
-    effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
+    effects: str | Iterable[str | Effect] = DEFAULT_EFFECTS,
     method: str | Estimator = "wls",
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     columns: str | None = None,
 ) -> Estimate:
     """Identify the parameters of some effects of a robot from recordings; returns an ``Estimate``.
 
     ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
     (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
+    ``effects`` are names or objects, or one text of names separated by commas; ``filter`` may be its cutoff [Hz].
     ``columns`` is only stored in the estimate, as the default layout of other recordings. Raises InputError for
     recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
     that cannot be the arm's, and for a prior or bounds that do not fit the model; NotSolvedError where the estimator does
@@ -52,7 +53,7 @@ def identify(
     estimator = make_estimator(method)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
-    filter = filter or Filter()
+    filter = as_filter(filter)
     initial = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)

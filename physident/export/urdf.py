@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.errors import InputError
+from physident.estimation.estimate import Estimate
 from physident.export.urdf_edit import Element, edit_urdf, parse_elements
 from physident.files import write_text
 from physident.robots.inertia import about_centre, violations
@@ -42,12 +43,12 @@ class UrdfExport:
         return "\n".join(rows)
 
 
-def export_urdf(model: Model, path: str | Path) -> UrdfExport:
-    """Write a model's links, joint damping and friction into its robot's URDF; the rest of the file is kept.
+def export_urdf(model: Model | Estimate, path: str | Path) -> UrdfExport:
+    """Write the links, joint damping and friction of a model or an estimate into its robot's URDF; the rest is kept.
 
     Raises InputError like ``urdf_of``, and for a path that cannot be written.
     """
-    result = urdf_of(model)
+    result = urdf_of(model.model if isinstance(model, Estimate) else model)
     write_text(path, result.text)
     return result
 

@@ -59,9 +59,12 @@ class Recording:
                 raise InputError(f"{self.source}: {name} is {value.shape}, expected the shape of q, {self.q.shape}")
         if self.drive_gains is not None:
             check_gains(self.drive_gains, self.n, self.source)
-        for value in (self.time, self.q, self.effort, self.dq, self.temperature):
-            if value is not None:
-                value.setflags(write=False)
+        for name in ("time", "q", "effort", "dq", "temperature"):
+            value = getattr(self, name)
+            if value is not None and value.flags.writeable:  # the caller's array stays the caller's
+                kept = value.copy()
+                kept.setflags(write=False)
+                object.__setattr__(self, name, kept)
 
     @property
     def n(self) -> int:

@@ -78,6 +78,17 @@ class Filter:
         return max(0, (samples - length) // self.decimation(rate) + 1)
 
 
+def as_filter(filter: Filter | float | None) -> Filter:
+    """A filter as it is, the filter of a cutoff [Hz], or the default filter; raises InputError for anything else."""
+    if isinstance(filter, Filter):
+        return filter
+    if filter is None:
+        return Filter()
+    if isinstance(filter, bool) or not isinstance(filter, int | float | np.number):
+        raise InputError(f"filter is {filter!r}, expected a cutoff [Hz], such as 8, or Filter(cutoff=8)")
+    return Filter(float(filter))
+
+
 @lru_cache(maxsize=64)
 def _low_pass(length: int, cutoff: float, rate: float) -> Array:
     from scipy.signal import firwin
@@ -87,7 +98,7 @@ def _low_pass(length: int, cutoff: float, rate: float) -> Array:
     return taps
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signals:
     """Motion and torque of n joints at N instants, uniform in time within each contiguous segment.
 
@@ -144,6 +155,11 @@ class Signals:
         if value is None:
             raise InputError(f"{self.source}: an effect needs the model's {name}, expected signals from Model.refer")
         return value
+
+    def __repr__(self) -> str:
+        samples, n = self.q.shape
+        has = ", ".join(name for name in ("torque", "temperature") if getattr(self, name) is not None) or "no torque"
+        return f"Signals of {self.source}: {n} joints, {samples} samples at {self.rate:g} Hz in {len(self.starts)} segments, {has}"
 
     def part(self, samples: slice) -> Signals:
         """The samples of one slice, which must lie within a segment."""

@@ -3,48 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from physident.dynamics.regressor import build_regressor
-from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
+from physident.estimation.results.predictions import Predictions, predictions_of
 from physident.recordings.recording import Recording
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Predictions:
-    """Filtered torque of recordings over their moving part.
-
-    ``time`` (M,) [s], ``predicted`` and ``measured`` (M, n) [N m|N], ``recording`` (M,) index of each row's recording,
-    ``rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, both torques are zero.
-    """
-
-    time: Array
-    predicted: Array
-    measured: Array
-    recording: NDArray[np.intp]
-    rate: float
-    counted: NDArray[np.bool_]
-
-    @property
-    def residual(self) -> Array:
-        """Measured minus predicted torque (M, n) [N m|N]."""
-        return self.measured - self.predicted
-
-    @property
-    def rms(self) -> Array:
-        """Root mean square (n,) [N m|N] of the residual over the counted rows."""
-        return np.sqrt((self.residual**2).sum(axis=0) / np.maximum(self.counted.sum(axis=0), 1))
-
-    def restricted(self, counted: NDArray[np.bool_]) -> Predictions:
-        """The same predictions with only these rows (M, n) counted."""
-        return replace(self, measured=self.measured * counted, predicted=self.predicted * counted, counted=counted)
 
 
 def predict(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
@@ -53,18 +16,7 @@ def predict(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
     Currents without drive gains take those of the model. Raises InputError for recordings that do not fit the robot,
     and for one that moves for less time than the filter lasts.
     """
-    model = estimate.model
     converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in recordings]
-    signals = prepare_all(model.robot, converted, estimate.filter)
-    regressor = build_regressor(model.robot, model.effects, signals, estimate.filter, theta=model.theta)
-    for index, one in enumerate(signals):
-        if not (regressor.recording == index).any():
-            raise InputError(f"{one.source}: its moving part is shorter than the filter; expected seconds of motion")
-    return Predictions(
-        time=regressor.time,
-        predicted=regressor.predict(model.theta),
-        measured=regressor.torque,
-        recording=regressor.recording,
-        rate=regressor.kept_rate,
-        counted=regressor.counted,
+    return predictions_of(
+        estimate.model, prepare_all(estimate.model.robot, converted, estimate.filter), estimate.filter
     )

@@ -240,8 +240,8 @@ def test_one_joint_has_a_table_of_effects(folder: Path, capfd: pytest.CaptureFix
 def test_the_unbroken_files_pass(folder: Path) -> None:
     """What every case breaks is good before."""
     for sensors in ("s.json", "c.json"):
-        assert run([*SIMULATE, "t.json", "--sensors", sensors]) == 0
-    assert run(["simulate", "--model", "m.json", "--trajectory", "u.json", *TO]) == 0
+        assert run([*SIMULATE, "t.json", "--sensors", sensors, "--force"]) == 0
+    assert run(["simulate", "--model", "m.json", "--trajectory", "u.json", *TO, "--force"]) == 0
     assert run(["validate", "b.csv", "--model", "m.json"]) == 0
     assert run(["export", "--model", "m.json", "--urdf", "x.urdf", "--json", "x.json", "--python", "x.py"]) == 0
     gains: dict[str, Any] = {}

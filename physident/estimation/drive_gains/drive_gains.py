@@ -25,7 +25,7 @@ from physident.estimation.uncertainty import t_quantile
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.checks import refuse_constant, refuse_duplicates
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
+from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
 from physident.robots.robot import Robot
 
@@ -105,7 +105,7 @@ def identify_drive_gains(
     load_mass: float,
     method: str = "tls",
     effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
 ) -> DriveGains:
     """Drive gains from currents recorded without and with a load of ``load_mass`` [kg] on the last link.
 
@@ -128,7 +128,7 @@ def identify_drive_gains(
             f"drive gains cannot be identified together with {', '.join(open_shapes)}, whose shape parameters are not set; expected other effects, or set them"
         )
     _check_mass(robot, load_mass)
-    filter = filter or Filter()
+    filter = as_filter(filter)
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
     regressor = build_regressor(robot, effects, prepare_moving(robot, recordings, filter), filter)
     base = find_base_parameters(robot, effects)
