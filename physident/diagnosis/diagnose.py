@@ -32,10 +32,12 @@ from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
+from physident.threads import one_thread
 
 SILENT = 1e-9  # N m a unit: rounding
 
 
+@one_thread
 def diagnose(
     model: Estimate | Model,
     recordings: Sequence[Recording],
@@ -62,6 +64,7 @@ def diagnose(
     return diagnose_at_rest(model, recordings)
 
 
+@one_thread
 def diagnose_motion(
     model: Estimate | Model,
     recordings: Sequence[Recording],

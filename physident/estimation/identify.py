@@ -28,10 +28,12 @@ from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 
 
+@one_thread
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],

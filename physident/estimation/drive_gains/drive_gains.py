@@ -28,6 +28,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 METHODS = ("tls", "ls", "physical")
@@ -98,6 +99,7 @@ class DriveGains:
         )
 
 
+@one_thread
 def identify_drive_gains(
     robot: Robot,
     unloaded: Sequence[Recording],
