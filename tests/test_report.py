@@ -363,7 +363,7 @@ def test_a_broken_diagnosis_is_one_line_and_leaves_the_page_that_was_there(
     broken, out = tmp_path / "broken.json", tmp_path / "report.html"
     broken.write_text(json.dumps(data))
     out.write_text("the page before")
-    assert run(["report", "--diagnosis", str(broken), "--out", str(out)]) == 2
+    assert run(["report", "--diagnosis", str(broken), "--out", str(out), "--force"]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.count("\n") == 1

@@ -132,6 +132,7 @@ def diagnose_motion(
         seed=seed,
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
+        model_file=estimate.path if estimate else None,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +52,7 @@ def load_estimate(path: str | Path) -> Estimate:
     """The estimate in a model file; raises InputError where the file is missing, no JSON, of another schema, or damaged."""
     data = read_json(path, MAX_BYTES, "a model file that identify wrote", SCHEMA)
     with naming(path, "model", REMEDY):
-        return _from_dict(data)
+        return replace(_from_dict(data), path=str(path))
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:

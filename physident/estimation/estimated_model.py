@@ -45,7 +45,7 @@ class EstimatedModel:
     A physical estimate also states what determined it: ``shares`` (p,) of the information in independent directions
     that came from the data, ``base_shares`` (r,) the same for each base parameter, and ``active_constraints``, the
     constraints that the solution rests on. ``shape_parameters`` are those that were identified rather than given; their
-    uncertainty is included in ``covariance``.
+    uncertainty is included in ``covariance``. ``path`` is that of the file that it was read from.
     """
 
     model: Model
@@ -65,6 +65,7 @@ class EstimatedModel:
     base_shares: tuple[float, ...] = ()
     active_constraints: tuple[str, ...] = ()
     shape_parameters: tuple[FoundShape, ...] = ()
+    path: str | None = None
 
     @property
     def method(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -92,6 +93,9 @@ def diagnose(
         found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
+    if isinstance(found, Diagnosis):  # so that advice can be typed as it is printed
+        saved = str(out) if out is not None and found.estimate is not None else None
+        found = replace(found, model_file=str(model or robot), extended_file=saved)
     with together():
         if json_out is not None:
             found.save(json_out)

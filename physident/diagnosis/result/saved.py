@@ -55,6 +55,8 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         incomplete=READER.read(tuple[int, ...], data["incomplete"], "incomplete"),
         seed=READER.read(int, data["seed"], "seed"),
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
+        model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
+        extended_file=READER.read(str | None, data.get("extended_file"), "extended_file"),
         model=Model.from_dict(data["model"]),
         extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
     )

@@ -23,6 +23,7 @@ ANSWERED = {
 WIDTH = 100  # characters of a line
 SHOWN = 8  # findings; the JSON has all
 VALUES = 3  # of a finding
+COMMAND = "     physident "  # how the row of a command begins
 
 
 def diagnosis_text(d: DiagnosisRecord) -> str:
@@ -31,7 +32,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     rows += _levels(d)
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.findings[:SHOWN], 1):
-        rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
+        rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
     if len(d.findings) > SHOWN:
         rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
     rows += ["", *_unexplained(d), *_checks(d)]
@@ -46,7 +47,9 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
 
 
 def wrapped(row: str) -> list[str]:
-    """The row in lines that fit a terminal; what it goes on with is set in."""
+    """The row in lines that fit a terminal; what it goes on with is set in. A command stays one line, to be copied."""
+    if row.startswith(COMMAND):
+        return [row]
     inset = " " * (len(row) - len(row.lstrip()) + 5)
     return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
 
@@ -106,6 +109,15 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
     if f.advice:
         rows.append(f"   {f.advice}")
     return rows
+
+
+def _separating(d: DiagnosisRecord, f: Finding) -> list[str]:
+    command = d.command(f)
+    if not command:
+        return []
+    unsaved = d.question == "nominal" and d.extended_file is None
+    first = " (first write the extended model: diagnose ... --out extended.json)" if unsaved else ""
+    return [f"   design a motion that separates them{first}:", f"{COMMAND}{command.removeprefix('physident ')}"]
 
 
 def _value(v: ParameterValue, several: bool) -> str:
