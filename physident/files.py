@@ -13,6 +13,7 @@ from typing import Any
 from physident.errors import InputError
 from physident.outputs import write_with
 
+LARGEST = 1e150  # of a number in a file: its square is finite
 VERSION = "0.1.0"  # of this program, written into every file it makes
 
 
@@ -39,14 +40,53 @@ def read_json(path: str | Path, limit: int, expected: str, *schemas: str) -> dic
     what was ``expected``, where the file cannot be read, is no JSON, or of another schema."""
     text = read_text(path, limit, expected)
     try:
-        data = json.loads(text)
+        data = json.loads(text, parse_float=_number)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({error}); expected {expected}") from None
     if not isinstance(data, dict) or data.get("schema") not in schemas:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
         known = " or ".join(map(repr, schemas))
         raise InputError(f"{path}: schema is {found!r}, expected {known}: {expected}")
+    try:
+        _check_values(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     return data
+
+
+def _number(text: str) -> float:
+    """A number, zero where its square would be."""
+    value = float(text)
+    return 0.0 if abs(value) < 1 / LARGEST else value
+
+
+def _check_values(data: Any) -> None:
+    """Raises InputError, naming the entry, for a number whose square is none, and for a text that no name can be."""
+    waiting: list[tuple[tuple, Any]] = [((), data)]  # each with its place: the place of its parent, and its key
+    while waiting:
+        place, one = waiting.pop()
+        if isinstance(one, dict):
+            waiting += [((place, key), value) for key, value in one.items()]
+            waiting += [((place, key), key) for key in one]
+        elif isinstance(one, list):
+            waiting += [((place, index), value) for index, value in enumerate(one)]
+        elif isinstance(one, str):
+            if "\0" in one or any("\ud800" <= sign <= "\udfff" for sign in one):
+                raise InputError(
+                    f"{_spelled(place)} is {one[:40]!r}, expected a text of whole characters without zero bytes"
+                )
+        elif isinstance(one, int | float) and not abs(one) <= LARGEST:
+            raise InputError(
+                f"{_spelled(place)} is {one if isinstance(one, float) else 'a number of many digits'}, expected a finite number below {LARGEST:g}"
+            )
+
+
+def _spelled(place: tuple) -> str:
+    """The place of an entry, as covariance[0][0]."""
+    if not place:
+        return ""
+    parent, key = _spelled(place[0]), place[1]
+    return f"{parent}[{key}]" if isinstance(key, int) else f"{parent}.{key!s:.40}".lstrip(".")
 
 
 @contextmanager

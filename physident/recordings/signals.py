@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 
 Array = NDArray[np.float64]
+MAX_RATE = 1e5  # Hz, faster than any controller
 MIN_CUTOFF = 0.01  # Hz: the filter then lasts 500 s, longer than any recording's motion
 MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
 MOVING_MARGIN = 0.2  # s
@@ -32,8 +33,8 @@ class Filter:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.cutoff) and self.cutoff >= MIN_CUTOFF):
             raise InputError(f"cutoff is {self.cutoff} Hz, expected {MIN_CUTOFF} Hz or more; 5 Hz suits most arms")
-        if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
-            raise InputError(f"rate is {self.rate} Hz, expected a positive frequency")
+        if self.rate is not None and not 0 < self.rate <= MAX_RATE:
+            raise InputError(f"rate is {self.rate} Hz, expected a positive frequency up to {MAX_RATE:g} Hz")
 
     def decimation(self, rate: float) -> int:
         """Number of samples for each kept row: at least four rows for each period of the cutoff remain."""
