@@ -11,7 +11,7 @@ from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import choose_question
-from physident.diagnosis.problem.requirements import check_holdout, refuse_repeated
+from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
@@ -26,7 +26,7 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
-from physident.errors import InputError
+from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
@@ -82,7 +82,7 @@ def diagnose_motion(
     stored in the extended model, apply to a ``Model`` only; ``seed`` draws the surrogates. With ``recording_offsets`` a
     constant torque per recording is refitted and never reported. Raises InputError for no recordings, a repeated one, a mixture of fitted and
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
-    before the search.
+    before the search. Raises NotSolvedError where every placebo passes as a cause.
     """
     question = choose_question(model, recordings)
     _check_options(model, recordings, filter, columns, recording_offsets)
@@ -94,10 +94,13 @@ def diagnose_motion(
     layout = estimate.layout if estimate else columns
     with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
     signals = prepare_all(given.robot, with_torque, used_filter)
+    check_lengths(given, signals, used_filter)
     check_holdout(model, recordings, holdout, used_filter)
 
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
+    placebos = _placebos(found.last)
+    _refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
@@ -118,7 +121,7 @@ def diagnose_motion(
         after=after,
         scored_on="holdout" if holdout else "left-out rows",
         noise_floor=floor,
-        placebos=_placebos(found.last),
+        placebos=placebos,
         unseen=_unseen(found.first),
         unexplained=unexplained,
         recordings=(*_used(recordings, "diagnosed"), *_used(holdout, "holdout")),
@@ -177,6 +180,15 @@ def _placebos(last: CandidateScores) -> tuple[Placebo, ...]:
         for c, gain in zip(last.hypothesis.data.candidates, last.evidence_without_best_fold, strict=True)
         if c.placebo
     )
+
+
+def _refuse_if_placebos_pass(placebos: Sequence[Placebo]) -> None:
+    """Where columns that cannot be causes all pass as causes, no answer on these recordings means anything."""
+    if placebos and all(placebo.passed for placebo in placebos):
+        raise NotSolvedError(
+            f"all {len(placebos)} placebos, which cannot be causes, exceed the threshold: these recordings cannot be judged;"
+            " inspect them, or record longer motions"
+        )
 
 
 def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:

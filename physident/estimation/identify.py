@@ -62,6 +62,7 @@ def identify(
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
+    _refuse_brief(recordings, regressor)
     estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return with_shape_uncertainty(estimate, regressor, sensitivities)
@@ -189,6 +190,19 @@ def smallest_share(P: Array) -> float:
     values = np.linalg.eigvalsh(P)
     size = float(np.abs(values).max())
     return float(values[0]) / size if size > 0 else 0.0
+
+
+def _refuse_brief(recordings: Sequence[Recording], regressor: Regressor) -> None:
+    """A recording whose motion is shorter than the filter leaves no rows, and fewer rows than parameters fit anything."""
+    for index, recording in enumerate(recordings):
+        if not (regressor.recording == index).any():
+            raise InputError(f"{recording.source}: its motion is shorter than the filter; expected seconds of motion")
+    if (rows := int(regressor.counted.sum())) < len(regressor.columns):
+        names = ", ".join(recording.source for recording in recordings)
+        raise InputError(
+            f"{names}: {rows} values are left after the filter, fewer than the {len(regressor.columns)} parameters;"
+            " expected seconds of motion"
+        )
 
 
 def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:

@@ -14,6 +14,7 @@ from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Op
 from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
+from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.row_noise import row_weights, weighted
 from physident.diagnosis.problem.search_data import SearchData
 from physident.diagnosis.problem.sign_nuisance import SignByPosition
@@ -150,7 +151,14 @@ def state_problem(
         recording_offsets=recording_offsets,
     )
     baseline = problem.freedom.baseline(problem.regressor)
-    weights = row_weights(model, signals, filter, fit_with_all_candidates(problem.search_data(model), baseline).sigma)
+    sigma = fit_with_all_candidates(problem.search_data(model), baseline).sigma
+    if (noisy := at_resolution(signals, regressor, sigma, filter, seed)) is not None:
+        signals = noisy
+        regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
+        problem = replace(problem, signals=tuple(signals), regressor=regressor)
+        baseline = problem.freedom.baseline(problem.regressor)
+        sigma = fit_with_all_candidates(problem.search_data(model), baseline).sigma
+    weights = row_weights(model, signals, filter, sigma)
     problem = replace(problem, weights=weights, regressor=weighted(regressor, weights))
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual

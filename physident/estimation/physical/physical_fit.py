@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 60
 SETTLED = 1e-3  # relative change of the noise between iterations: a hundredth of what its own estimate is worth
 MEMORY_ITERATIONS = 3  # in which the residual's autocorrelation is measured anew
-MIN_FIRST_NOISE = 0.01  # of a joint's torque, at the start
+FIRST_NOISE = 100.0  # times the smallest noise of a joint, at the start
 MIN_MULTIPLIER = 1e-7  # of an active constraint
 
 
@@ -123,8 +123,7 @@ def _first_sigma(regressor: Regressor, base: BaseParameters, nominal: Array) -> 
     """Where the iteration over the noise starts: ordinary least squares, which alone overfits short data."""
     x = solve_step(regressor, base, None, base.values(nominal)).x
     residual = regressor.torque - regressor.predict(expand(base, x))
-    size = np.sqrt((regressor.torque**2).mean(axis=0))
-    return np.maximum(joint_sigma(regressor, residual, 0.0), MIN_FIRST_NOISE * size)
+    return np.maximum(joint_sigma(regressor, residual, 0.0), FIRST_NOISE * noise_floor(regressor))
 
 
 @dataclass(frozen=True, eq=False)

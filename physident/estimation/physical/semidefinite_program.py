@@ -28,7 +28,14 @@ Array = NDArray[np.float64]
 SETTINGS: tuple[dict[str, Any], ...] = (
     *({"tol_gap_abs": t, "tol_gap_rel": t, "tol_feas": t} for t in (1e-9, 1e-8, 1e-7)),
     {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "equilibrate_enable": False, "max_step_fraction": 0.9},
-    {"tol_gap_abs": 1e-8, "tol_gap_rel": 1e-8, "tol_feas": 1e-8, "static_regularization_constant": 1e-11, "max_step_fraction": 0.9, "max_iter": 500},
+    {
+        "tol_gap_abs": 1e-8,
+        "tol_gap_rel": 1e-8,
+        "tol_feas": 1e-8,
+        "static_regularization_constant": 1e-11,
+        "max_step_fraction": 0.9,
+        "max_iter": 500,
+    },
 )
 MIN_GIVE = 1e-6  # relative to its row: a constraint that must give by more is in conflict
 # primal: half the margin by which the cones are tightened, so that the answer lies inside the cones themselves; dual: a
@@ -42,6 +49,7 @@ class SemidefiniteProgram:
 
     def __init__(self, problem: PhysicalProblem) -> None:
         self.problem = problem
+        self.proven = 0  # the setting whose answer was proved last
         r, p = problem.KT.shape
         self.u, b = cp.Variable(p), cp.Variable(r)
         self.R, self.z, self.strength = cp.Parameter((r, r)), cp.Parameter(r), cp.Parameter(nonneg=True)
@@ -91,14 +99,16 @@ class SemidefiniteProgram:
         self.R.value, self.z.value = data.R * scale, data.z * scale
         self.strength.value = strength
         reason = ""
-        for setting in SETTINGS:  # an answer that fails its proof is as good as none
-            status = self._run(setting)
-            if status != cp.OPTIMAL or self.u.value is None:
+        settings = sorted(range(len(SETTINGS)), key=lambda k: k != self.proven)  # what served last is tried first
+        for k in settings:  # an answer that fails its proof is as good as none
+            status = self._run(SETTINGS[k])
+            if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) or self.u.value is None:  # its proof decides
                 reason = reason or self._advice(status)
                 continue
             u, multipliers = np.asarray(self.u.value), self._multipliers()
             found = self.problem.optimality(u, multipliers, data, strength)
             if found.primal <= REQUIRED.primal and found.dual <= REQUIRED.dual and found.gap <= REQUIRED.gap:
+                self.proven = k
                 return Answer(u, strength, multipliers, found)
             reason = (
                 f"the solver's answer fails its proof (violation {found.primal:.1e}, gradient {found.dual:.1e}, gap {found.gap:.1e});"
