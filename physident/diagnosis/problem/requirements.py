@@ -34,8 +34,8 @@ def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], ho
 def check_lengths(model: Model, signals: Sequence[Signals], filter: Filter) -> None:
     """Raises InputError for a recording that leaves no rows after the filter, and where all together leave too few.
 
-    Rows within one length of the filter share samples. Left-out rows are new to a model only in blocks of that length, and
-    ``FOLDS[0]`` of them are the fewest that can be left out in turn.
+    Rows nearer than half the filter's length share most of their samples. Left-out rows are new to a model only in parts of
+    that length, and ``FOLDS[0]`` parts are the fewest that can be left out in turn.
     """
     kept = [sum(len(piece.rows) for piece in kept_rows(model.robot, one, filter, moving_only=True)) for one in signals]
     for one, rows in zip(signals, kept, strict=True):
@@ -45,7 +45,7 @@ def check_lengths(model: Model, signals: Sequence[Signals], filter: Filter) -> N
                 f" for more than {_filter_length(one, filter):.2g} s, or leave it out"
             )
     duration = sum(rows * filter.decimation(one.rate) / one.rate for one, rows in zip(signals, kept, strict=True))
-    needed = FOLDS[0] * max(_filter_length(one, filter) for one in signals)
+    needed = FOLDS[0] / 2 * max(_filter_length(one, filter) for one in signals)
     if duration < needed:
         names = ", ".join(one.source for one in signals)
         raise InputError(
