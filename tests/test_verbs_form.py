@@ -90,3 +90,13 @@ def test_completion_can_be_shown(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_nearest_name_is_suggested(typed: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(typed) == 2
     assert said in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("frequency", ["1e200", "1e-200", "0", "nan", "inf", "-1"])
+def test_a_base_frequency_that_no_arm_can_follow(frequency: str, capfd: pytest.CaptureFixture[str]) -> None:
+    command = ["design", "--robot", "ur5", "--limits", "joint", "--out", "-", f"--base-frequency={frequency}"]
+    assert run(command) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "base_frequency is" in err
+    assert err.count("\n") == 1
