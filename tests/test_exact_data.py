@@ -16,10 +16,13 @@ from tests.bad_input.good import URDF
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
 ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])
+Size = float | np.ndarray
 METHODS = ("ols", "wls", "robust", "physical")
 
 
-def exact(robot: pid.Robot, seed: int, coulomb=0.0, viscous=0.0, rotor=0.0, noise: float = 0.0) -> pid.Recording:
+def exact(
+    robot: pid.Robot, seed: int, coulomb: Size = 0.0, viscous: Size = 0.0, rotor: Size = 0.0, noise: float = 0.0
+) -> pid.Recording:
     """A recording whose torque is Pinocchio's and closed-form friction to the last digit."""
     time, q, v, a = pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1).sample(125.0)
     data = robot.pinocchio.createData()

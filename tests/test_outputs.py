@@ -89,8 +89,8 @@ def test_a_read_only_file_is_not_replaced(tmp_path: Path) -> None:
     assert target.read_text() == "kept"
 
 
-@pytest.mark.parametrize("stop", [KeyboardInterrupt, InputError("no"), None])
-def test_a_set_is_written_together_or_not_at_all(stop: BaseException | type | None, tmp_path: Path) -> None:
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), InputError("no"), None])
+def test_a_set_is_written_together_or_not_at_all(stop: BaseException | None, tmp_path: Path) -> None:
     first, second = tmp_path / "a.json", tmp_path / "b.json"
     for path in (first, second):
         path.write_text("old")
