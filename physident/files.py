@@ -71,7 +71,8 @@ def _check_values(data: Any) -> None:
         elif isinstance(one, list):
             waiting += [((place, index), value) for index, value in enumerate(one)]
         elif isinstance(one, str):
-            if "\0" in one or any("\ud800" <= sign <= "\udfff" for sign in one):
+            # the second half of a character alone stands for a byte of a path that is no UTF-8
+            if "\0" in one or any("\ud800" <= sign <= "\udc7f" or "\udd00" <= sign <= "\udfff" for sign in one):
                 raise InputError(
                     f"{_spelled(place)} is {one[:40]!r}, expected a text of whole characters without zero bytes"
                 )

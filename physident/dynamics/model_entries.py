@@ -51,6 +51,9 @@ class _ModelEntries:
 def read_model(data: Any, reader: RecordReader, where: str = "") -> Model:
     """The model that ``Model.as_dict`` described; raises InputError, naming the entry below ``where``, for a wrong type."""
     entries = reader.read(_ModelEntries, data, where)
+    for name in ("name", "urdf", "source"):
+        if any("\ud800" <= sign <= "\udfff" for sign in getattr(entries.robot, name)):
+            raise InputError(f"{where}.robot.{name} has half a character, expected a text; {reader.remedy}".lstrip("."))
     for index, effect in enumerate(entries.effects):
         _check_effect(effect, reader, f"{where}.effects[{index}]".lstrip("."))
     return Model.from_dict(data)

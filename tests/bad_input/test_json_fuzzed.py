@@ -22,7 +22,9 @@ from physident.simulation.sensors import load_sensors
 
 FILES = Path(__file__).parents[1] / "files"
 LIMIT = 5.0  # s for a file of some kB
-TEXTS = st.sampled_from(["", "x", "\0", "\ud800", "../../x", "a\nb", "é" * 300, "<script>", "1e3", "nan", "%s{0}"])
+TEXTS = st.sampled_from(
+    ["", "x", "\0", "\ud800", "\udc80", "../../x", "a\nb", "é" * 300, "<script>", "1e3", "nan", "%s{0}"]
+)
 NUMBERS = st.sampled_from(
     [0, -1, 1e308, -1e308, 1e-320, 5e-324, 1e-150, 1e149, 10**400, 2**63, 0.5, float("nan"), float("inf"), 1e16]
 )
