@@ -53,6 +53,11 @@ _PUBLIC = {
     "random_trajectory": "excitation.motion.trajectory",
     "UrdfExport": "export.urdf",
     "export_urdf": "export.urdf",
+    "MjcfExport": "export.mjcf.mjcf",
+    "export_mjcf": "export.mjcf.mjcf",
+    "patch_mjcf": "export.mjcf.patch",
+    "export_c": "export.code",
+    "export_casadi": "export.code",
     "export_python": "export.python",
     "export_parameters": "export.parameters",
     "Identifiability": "identifiability.identifiability",
@@ -72,6 +77,8 @@ _PUBLIC = {
     "identify_payload": "estimation.payload.identify_payload",
     "Robot": "robots.robot",
     "load_robot": "robots.load",
+    "SetupFinding": "setup_checks.finding",
+    "check_setup": "setup_checks.check_setup",
     "Sensors": "simulation.sensors",
     "simulate": "simulation.simulate",
     "Filter": "recordings.signals",
@@ -113,6 +120,9 @@ if TYPE_CHECKING:
     from physident.excitation.discrimination import Discrimination
     from physident.excitation.motion.trajectory import Trajectory, load_trajectory, random_trajectory
     from physident.excitation.recording_session import Session, design_session
+    from physident.export.code import export_c, export_casadi
+    from physident.export.mjcf.mjcf import MjcfExport, export_mjcf
+    from physident.export.mjcf.patch import patch_mjcf
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
@@ -129,6 +139,8 @@ if TYPE_CHECKING:
     from physident.report.page import write_report
     from physident.robots.load import load_robot
     from physident.robots.robot import Robot
+    from physident.setup_checks.check_setup import check_setup
+    from physident.setup_checks.finding import SetupFinding
     from physident.simulation.sensors import Sensors
     from physident.simulation.simulate import simulate
     from physident.validation.scores import Gain, Score, compare, validate

@@ -1,9 +1,9 @@
 """The one place where a test's arm is given the estimator's own friction near zero speed.
 
-The plant's friction turns by another law, over another width. Today the diagnosis explains part of that difference by
-Stribeck friction, even on a healthy arm: ``test_an_unchanged_arm_of_another_law_is_accused_of_nothing`` expects this failure.
-Tests of the machinery (gates, rivals, offsets, files, printing) need an arm that the default model describes exactly and take
-it from here. What they show of found causes holds for such arms only; the open world judges the others.
+The plant's friction turns by another law, over another width. Tests of the machinery (thresholds, rivals, offsets, files,
+printing) need an arm that the default model describes exactly and take it from here: its friction turns by the estimator's
+law, over a width that the estimator tries. What they show of found causes holds for such arms only; the open world judges the
+others.
 """
 
 from __future__ import annotations
@@ -13,26 +13,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.friction import SMOOTHING
+from physident.recordings.velocity_sign import expected_sign
 from tests.plant import Arm
 from tests.plant.laws import Smooth
 
 Array = NDArray[np.float64]
 
 
+WIDTH = 0.008  # rad/s: one of the widths that the estimator tries
+STEEP = np.sqrt(2 / np.pi)  # the standard deviation whose expected sign has the slope 1
+
+
 @dataclass(frozen=True, eq=False)
 class EstimatorsOwn(Smooth):
-    """s = tanh(u / width)."""
+    """s = E sgn(u) for a velocity as uncertain as ``width`` [rad/s]: erf(sqrt(pi) u / (2 width))."""
 
-    width: Array | float = SMOOTHING
+    width: Array | float = WIDTH
 
     def direction(self, u: Array) -> Array:
         """s (..., m) at speeds (..., m) [rad/s]."""
-        return np.tanh(u / self.width)
+        return expected_sign(u, np.zeros_like(u), STEEP * float(np.max(self.width)))
 
     def slope(self, u: Array) -> Array:
         """ds/du (..., m) [s/rad]."""
-        return (1 - np.square(np.tanh(u / self.width))) / self.width
+        return np.exp(-np.pi * np.square(u / self.width) / 4) / self.width
 
 
 def exact_arm(arm: Arm | None = None) -> Arm:

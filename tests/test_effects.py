@@ -123,7 +123,15 @@ def test_exported_source_is_the_torque(name: str, ur5: pid.Robot) -> None:
     theta = np.random.default_rng(3).uniform(0.5, 2.0, size=len(effect.columns(ur5)))
     source = effect.numpy_source(ur5, theta)
     assert source is not None
-    found = eval(source, {"np": np}, {key: getattr(signals, key) for key in ("q", "v", "a", "load", "motor")})
+    known = {key: getattr(signals, key) for key in ("q", "v", "a", "load", "motor")}
+    known["t"] = (signals.time - signals.origin)[:, None]
+    known["z"] = np.zeros_like(signals.v)
+    if (advance := effect.advance_source(ur5)) is not None:
+        for k in range(1, len(signals.time)):
+            mean = 0.5 * (signals.v[k - 1] + signals.v[k])
+            step = {"z": known["z"][k - 1], "v": mean, "dt": 1 / signals.rate}
+            known["z"][k] = eval(advance, {"np": np}, step)
+    found = eval(source, {"np": np}, known)
     np.testing.assert_allclose(found, effect.regressor(ur5, signals) @ theta, rtol=1e-12, atol=1e-12)
 
 

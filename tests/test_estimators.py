@@ -155,7 +155,7 @@ def test_physical_estimate_survives_a_file(truth: Model, noisy: Regressor, tmp_p
     assert back.as_dict() == estimate.as_dict()
     np.testing.assert_array_equal(back.intervals(), estimate.intervals())
     text = repr(back)
-    assert "verdict: physical" in text
+    assert "of the torque; physical: every link is a rigid body" in text
     assert "the data determine" in text
 
 

@@ -16,6 +16,7 @@ import physident as pid
 from physident.cli import run
 from physident.effects.friction import NonlinearViscousFriction, StribeckFriction
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, TorqueRipple
 from physident.estimation.uncertainty import t_quantile
 from physident.export.parameters import parameters_of
@@ -178,7 +179,7 @@ def test_what_urdf_cannot_hold_is_listed() -> None:
     theta[[c.name == "viscous_friction_2" for c in model.columns].index(True)] = -0.3
     exported = urdf_of(replace(model, theta=theta))
     listed = " | ".join(exported.inexpressible)
-    for part in ("rotor_inertia", "torque_offset", "gravity", "viscous_friction_2"):
+    for part in ("rotor_inertia", "torque_offset", "gravity", "damping -0.3 of joint 2 (elbow)"):
         assert part in listed
     assert "coulomb_friction" not in listed
     assert 'damping="0.0"' in exported.text
@@ -252,11 +253,30 @@ def test_a_payload_effect_is_part_of_the_last_link() -> None:
     assert not [text for text in exported.inexpressible if "payload" in text]
 
 
-def test_python_refuses_what_needs_the_past() -> None:
-    effects = pid.make_effects(["rigid_body", PreslidingHysteresis(None, (0.01, 0.01))])
-    model = pid.Model.nominal(lumped(), effects)
-    with pytest.raises(pid.InputError, match="presliding_hysteresis"):
+def test_python_refuses_what_needs_other_instants() -> None:
+    model = pid.Model.nominal(lumped(), ["rigid_body", "joint_elasticity", "time_delay"])
+    with pytest.raises(pid.InputError, match=r"cannot express joint_elasticity, time_delay; expected .*hysteresis"):
         python_of(model)
+
+
+def test_python_function_remembers_and_ages_as_the_model_does() -> None:
+    robot = lumped()
+    more = PreslidingHysteresis((2,), (0.02,)), PreslidingHysteresis((1,), (0.1,)), WarmUp((1,), (4.0,))
+    effects = pid.make_effects(["rigid_body", "coulomb_friction", *more, "torque_constant"])
+    count = len(pid.Model.nominal(robot, effects).theta)
+    model = pid.Model(robot, effects, np.random.default_rng(19).uniform(0.1, 1.0, size=count))
+    space: dict = {}
+    exec(python_of(model), space)
+    time, q, v, a = pid.random_trajectory(robot, seed=20, duration=10.0).sample(100.0)
+    expected = model.torque(pid.Signals(time, q, v, a, rate=100.0))
+    without = pid.Model(robot, effects[:2], model.theta[:22]).torque(pid.Signals(time, q, v, a, rate=100.0))
+    assert (np.abs(expected - without).max(axis=0) > 0.1).all()
+    np.testing.assert_allclose(space["torque_along"](time + 7.0, q, v, a), expected, rtol=1e-9, atol=1e-9)
+    state = np.zeros((2, 2))
+    for k in range(1, 300):
+        state = space["advanced"](state, 0.5 * (v[k - 1] + v[k]), 0.01)
+    once = space["torque"](q[299], v[299], a[299], state, t=time[299])
+    np.testing.assert_allclose(once, expected[299], rtol=1e-9, atol=1e-9)
 
 
 def test_python_file_needs_numpy_only(tmp_path: Path) -> None:
@@ -315,4 +335,4 @@ def test_command_line_writes_all_or_nothing(
     assert run(["export", "--model", str(good), *options]) == 0
     assert "not expressible in URDF: rotor_inertia" in capsys.readouterr().out
     assert all(path.exists() for path in out)
-    assert reader.robot_name(out[0].read_text(), "a.urdf") == "lumped"
+    assert reader.parse_urdf(out[0].read_text(), "a.urdf").get("name") == "lumped"

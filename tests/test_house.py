@@ -30,6 +30,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "setup_checks",
     "estimation",
     "validation",
     "excitation",
@@ -38,6 +39,7 @@ FLOORS = (
     "graphics",
     "report",
     "export",
+    "replay",
     "demo",
     "cli",
 )
@@ -50,7 +52,7 @@ NAMED_EFFECTS = {
     "physident.demo.arms": "any",  # the effects that the demo hides
     "physident.excitation.limits.torque_limit": ("torque_offset",),  # it is measured, and loads no drive
     "physident.report.sections.advice": ("joint_zero_offset",),  # no motion shows it about a vertical axis
-    "physident.export.urdf": ("rigid_body", "viscous_friction", "coulomb_friction"),  # what URDF has elements for
+    "physident.export.urdf": ("rigid_body",),  # what URDF has elements for
 }
 NAMED_ANYWHERE = ("rigid_body", "contact", "payload", "torque_constant")
 

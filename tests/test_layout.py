@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physident import InputError
-from physident.recordings.layout import ColumnLayout
+from physident.recordings.columns.layout import ColumnLayout
 
 
 @given(st.integers(1, 9), st.booleans(), st.booleans(), st.sampled_from(["tau", "current"]), st.randoms())

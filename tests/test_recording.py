@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import physident as pid
-from physident.recordings.layout import Channels
-from physident.recordings.rows import MAX_SPEED, recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
+from physident.recordings.rows import MAX_SPEED
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 
 seeds = st.integers(0, 10_000)

@@ -11,8 +11,8 @@ import pytest
 import physident as pid
 from physident.estimation.shape_parameters import settled_regressor
 from physident.identifiability.projection import Baseline
-from physident.recordings.layout import Channels
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
 from tests.test_identify import COULOMB, VISCOUS, _recording
 
 RATE = 125.0

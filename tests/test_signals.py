@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 import physident as pid
-from physident.recordings.layout import Channels
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
 
 
 def _recording(time: np.ndarray, with_dq: bool) -> pid.Recording:

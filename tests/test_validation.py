@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.recordings.layout import Channels
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
 from tests.test_identify import _recording
 
 

@@ -68,7 +68,7 @@ def test_models_of_a_diagnosis_are_shown_once(diagnosis: DiagnosisRecord, model:
     alone = compose({}, [], diagnosis, None, None)
     assert list(alone.models) == ["diagnosed", "extended"]
     assert alone.filter.cutoff == 7.0
-    estimate: Any = type("E", (), {"model": model, "filter": pid.Filter(3.0), "drive_gains": None})()
+    estimate: Any = type("E", (), {"model": model, "filter": pid.Filter(3.0), "drive_gains": None, "layout": None})()
     both = compose({"mine": estimate}, [], diagnosis, None, None)
     assert list(both.models) == ["mine", "extended"]  # the first is the diagnosed one, known by its numbers
     assert both.filter.cutoff == 3.0
@@ -77,7 +77,7 @@ def test_models_of_a_diagnosis_are_shown_once(diagnosis: DiagnosisRecord, model:
 
 def test_a_diagnosis_of_another_arm_is_refused(diagnosis: DiagnosisRecord, model: pid.Model) -> None:
     other = pid.Model(pid.Robot("other", model.robot.urdf), model.effects, model.theta)
-    estimate: Any = type("E", (), {"model": other, "filter": pid.Filter(), "drive_gains": None})()
+    estimate: Any = type("E", (), {"model": other, "filter": pid.Filter(), "drive_gains": None, "layout": None})()
     with pytest.raises(pid.InputError, match="the diagnosis is of robot ur5, model mine is of other"):
         compose({"mine": estimate}, [], diagnosis, None, None)
     moved: Any = type("E", (), {**vars(type(estimate)), "model": replace(model, theta=model.theta * 1.01)})()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["app", "busy", "check_outputs", "progress", "read_recordings", "share_done", "write_result"]  # for the verbs
 COMMANDS = {  # by folder, in the order of --help
     "recordings": ("demo", "inspect", "design", "simulate"),
-    "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export"),
+    "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export", "replay"),
     "diagnosis": ("diagnose", "report", "view"),
 }
 
@@ -65,15 +65,22 @@ def start(
     """Identify the dynamics of robot arms from recordings, and find what their simulation gets wrong."""
 
 
-def read_recordings(paths: list[str], columns: str | None, gains: str | None, quiet: bool = False) -> list[Recording]:
-    """The recordings of paths and patterns, with a progress bar; unless ``quiet``, warns of rows and columns left out."""
-    from physident.recordings.layout import ColumnLayout
+def read_recordings(
+    paths: list[str],
+    layout: str | None,
+    gains: str | None,
+    quiet: bool = False,
+    joints: Sequence[str] | None = None,
+) -> list[Recording]:
+    """The recordings of paths and patterns, with a progress bar; unless ``quiet``, warns of rows and columns left out.
+
+    ``layout`` is the text of ``layout_of``; ``joints`` are those of the robot, for files that name their joints.
+    """
     from physident.recordings.load import find_recordings, load_recording
 
-    layout = ColumnLayout.parse(columns) if columns is not None else None
     numbers = parse_numbers(gains, "--drive-gains") if gains is not None else None
     files = find_recordings(paths)
-    recordings = [load_recording(file, layout, numbers) for file in progress(files, "reading")]
+    recordings = [load_recording(file, layout, numbers, joints=joints) for file in progress(files, "reading")]
     for recording in () if quiet else recordings:
         warn_of_rejected(recording)
     return recordings

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.recordings.signals import Filter
@@ -19,20 +19,53 @@ if TYPE_CHECKING:
 Recordings = Annotated[
     list[str],
     typer.Argument(
-        metavar="RECORDING...", help="Recordings (.csv, .csv.gz, .txt, .npz), or patterns such as runs/*.csv."
+        metavar="RECORDING...",
+        help="Recordings (.csv, .csv.gz, .txt, .npz, .parquet, .mat, .rrd; ROS 2 bags .db3, .mcap or their folder; LeRobot"
+        " data sets), or patterns such as runs/*.csv.",
     ),
 ]
 RobotOption = Annotated[
     str | None,
-    typer.Option("--robot", metavar="NAME|FILE", help="A built-in robot (ur5), a URDF file or a DH table (.toml)."),
+    typer.Option(
+        "--robot",
+        metavar="NAME|FILE",
+        help="A built-in robot (ur5, ur10e), a URDF, xacro or MuJoCo file, or a DH table (.toml).",
+    ),
+]
+JointsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--joints",
+        metavar="NAMES",
+        help="With --robot: the arm's joints from base to tip, by names or patterns: panda_joint1,panda_joint2 or 'panda_joint*'.",
+    ),
+]
+LockOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--lock",
+        metavar="NAME=VALUE",
+        help="With --robot: a joint that does not move and its position [rad|m], as finger_joint1=0.02; repeat for several.",
+    ),
+]
+ToolOption = Annotated[
+    str | None, typer.Option("--tool", metavar="LINK", help="With --robot: the link that is the tool frame.")
 ]
 ColumnsOption = Annotated[
     str | None,
     typer.Option(
         "--columns",
         metavar="LAYOUT",
-        help="Columns of files without a header, counted from 0: time=0,q=1:7,dq=7:13,current=13:19.",
+        help="Columns of files without a header, counted from 0: time=0,q=1:7,dq=7:13,current=13:19; or their names:"
+        " time=t,q=position,tau=torque.",
     ),
+]
+TopicOption = Annotated[
+    str | None,
+    typer.Option("--topic", metavar="TOPIC", help="Topic of a ROS 2 bag (sensor_msgs/JointState), if it has several."),
+]
+RateOption = Annotated[
+    float | None, typer.Option("--rate", metavar="HZ", help="Rate of the rows of files without a clock [Hz].")
 ]
 GainsOption = Annotated[
     str | None,
@@ -70,13 +103,36 @@ IncludeFittedOption = Annotated[
 ]
 
 
-def robot_of(option: str | None) -> Robot:
-    """The robot of --robot; raises InputError without that option."""
-    from physident.robots.load import load_robot
+def robot_of(
+    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+) -> Robot:
+    """The robot of --robot, with --joints, --lock and --tool; raises InputError without --robot.
 
+    Warns of the joints that were locked.
+    """
+    robot = optional_robot(option, joints, lock, tool)
+    if robot is None:
+        raise InputError(
+            "no robot given, expected --robot with a built-in name (ur5, ur10e), a .urdf, a MuJoCo .xml or a .toml"
+        )
+    return robot
+
+
+def optional_robot(
+    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+) -> Robot | None:
+    """The robot of --robot, None without it; raises InputError for --joints, --lock or --tool without --robot."""
+    from physident.robots.load import load_robot, parse_locks
+
+    given = {"--joints": joints, "--lock": lock, "--tool": tool}
     if option is None:
-        raise InputError("no robot given, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml")
-    return load_robot(option)
+        if lonely := [name for name, value in given.items() if value]:
+            raise InputError(f"{lonely[0]} was given without --robot, expected both: a model has its joints")
+        return None
+    robot = load_robot(option, joints=joints, lock=parse_locks(lock) if lock else None, tool=tool)
+    if robot.locked and (joints is not None or lock):
+        warn(f"{robot.source}: locked: {robot.locked_text()}")
+    return robot
 
 
 def filter_of(cutoff: float | None) -> Filter:
@@ -84,6 +140,13 @@ def filter_of(cutoff: float | None) -> Filter:
     from physident.recordings.signals import Filter
 
     return Filter() if cutoff is None else Filter(cutoff)
+
+
+def layout_of(columns: str | None, topic: str | None, rate: float | None, remembered: str | None = None) -> str | None:
+    """One text of --columns, --topic and --rate; options that are not given are those that a model remembers."""
+    from physident.recordings.columns.reading import reading_text
+
+    return reading_text(columns, topic, rate, remembered)
 
 
 def names_of(text: str) -> list[str]:

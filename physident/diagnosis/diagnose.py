@@ -30,8 +30,10 @@ from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 SILENT = 1e-9  # N m a unit: rounding
@@ -40,8 +42,8 @@ SILENT = 1e-9  # N m a unit: rounding
 @one_thread
 def diagnose(
     model: Estimate | Model,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording] = (),
+    recordings: Recordings,
+    holdout: Recordings = (),
     filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
@@ -50,10 +52,11 @@ def diagnose(
 ) -> Diagnosis | AtRest:
     """What recordings show that a model does not: causes with their proof on left-out rows or recordings.
 
-    Recordings without any motion are compared with gravity and friction at standstill (``AtRest``); for all others see
+    ``recordings`` and ``holdout`` are one or several recordings, paths or patterns. Those without any motion are compared with gravity and friction at standstill (``AtRest``); for all others see
     ``diagnose_motion``, whose arguments and errors these are. Raises InputError for a holdout, a filter or offsets beside
     recordings at rest, which need motion.
     """
+    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     if not is_at_rest(recordings):
         return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets)
     if holdout or filter is not None or recording_offsets:
@@ -67,8 +70,8 @@ def diagnose(
 @one_thread
 def diagnose_motion(
     model: Estimate | Model,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording] = (),
+    recordings: Recordings,
+    holdout: Recordings = (),
     filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
@@ -84,6 +87,7 @@ def diagnose_motion(
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
     before the search. Raises NotSolvedError where every placebo passes as a cause.
     """
+    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     question = choose_question(model, recordings)
     _check_options(model, recordings, filter, columns, recording_offsets)
     refuse_repeated(model, recordings, holdout)
@@ -96,6 +100,7 @@ def diagnose_motion(
     signals = prepare_all(given.robot, with_torque, used_filter)
     check_lengths(given, signals, used_filter)
     check_holdout(model, recordings, holdout, used_filter)
+    warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
@@ -135,6 +140,7 @@ def diagnose_motion(
         seed=seed,
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
+        warnings=warnings,
         model_file=estimate.path if estimate else None,
     )
 
@@ -204,6 +210,12 @@ def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
             reason = "of a joint that does not move"
         result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
+
+
+def _listed(model: Estimate | Model, given: Recordings, columns: str | None) -> list[Recording]:
+    estimate = model if isinstance(model, Estimate) else None
+    robot = model.robot if isinstance(model, Model) else model.model.robot
+    return as_recordings(given, robot, estimate.layout if estimate else columns)
 
 
 def _used(recordings: Sequence[Recording], role: Role) -> tuple[UsedRecording, ...]:

@@ -102,7 +102,7 @@ def kept_rows(robot: Robot, signals: Signals, filter: Filter, moving_only: bool)
     """The kept rows of each segment; raises InputError for another number of joints and for signals without torque."""
     if signals.q.shape[1] != robot.n:
         raise InputError(
-            f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
+            f"{signals.source}: {signals.q.shape[1]} joints, but robot {robot.name} has {robot.n}; check --robot, --joints and --columns"
         )
     if signals.torque is None:
         raise InputError(f"{signals.source}: has no torque, expected measured torques or currents with drive gains")

@@ -44,6 +44,14 @@ def torque_changes(
     return _changes(robot_key(robot), joints, orders).run(inputs, links).reshape(count, robot.n, N)
 
 
+def torque_function(robot: Robot) -> Any:
+    """The CasADi function (q, v, a, links) -> tau (n,) [N m|N] of one state: the source of generated code."""
+    import casadi as ca
+
+    state, links, tau = _symbolic(*robot_key(robot))
+    return ca.Function("torque", [*ca.vertsplit(state, robot.n), links], [ca.densify(tau)])
+
+
 @lru_cache(maxsize=32)
 def _torque(key: tuple) -> Vectorised:
     import casadi as ca

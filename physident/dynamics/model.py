@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
-from physident.effects.catalogue import DEFAULT_EFFECTS, effect_from_dict, make_effects
+from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects, effect_from_dict, make_effects
 from physident.effects.effect import AddedInertia, Column, Effect
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -47,6 +47,12 @@ class Model:
         """The model with the parameters of the robot's description, zero where the description has none."""
         effects = make_effects(effects)
         return Model(robot, effects, np.concatenate([effect.nominal(robot) for effect in effects]))
+
+    @staticmethod
+    def described(robot: Robot) -> Model:
+        """The model of a simulation from the robot's description: rigid links, and what a simulator's file adds to them."""
+        added = described_effects(robot) if robot.joint_dynamics is not None else ()
+        return Model.nominal(robot, ["rigid_body", *added])
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -94,6 +100,8 @@ class Model:
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
+        stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
+        signals = replace(signals, transition=np.max(stated, axis=0)) if stated else signals
         added = self.added_inertia()
         load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a) + added.armature * signals.a
         if any(added.gravity):
@@ -114,11 +122,6 @@ class Model:
             if effect.acts_on == "measurement":
                 self._add(tau, effect, theta, referred)
         return tau.T
-
-    def _parts(self) -> list[tuple[Effect, Array]]:
-        """Each effect with its parameters (k,)."""
-        sizes = [len(effect.columns(self.robot)) for effect in self.effects]
-        return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
 
     def _add(self, tau: Array, effect: Effect, theta: Array, signals: Signals) -> None:
         """Add the torque of one effect to ``tau`` (n, N), segment by segment."""

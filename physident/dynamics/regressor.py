@@ -106,6 +106,12 @@ class Regressor:
         ]
 
 
+def with_transition(robot: Robot, effects: Sequence[Effect], signals: Signals) -> Signals:
+    """The signals with the speeds over which the sign of dry friction turns, where one of the effects states them."""
+    stated = [widths for effect in effects if (widths := effect.transition(robot)) is not None]
+    return replace(signals, transition=np.max(stated, axis=0)) if stated else signals
+
+
 def build_regressor(
     robot: Robot,
     effects: Sequence[Effect],
@@ -126,6 +132,7 @@ def build_regressor(
         if model is None:
             model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
         signals = [model.refer(s) for s in signals]
+    signals = [with_transition(robot, effects, s) for s in signals]
     structure = ColumnStructure.of(robot, effects)
     pieces = [kept_rows(robot, s, filter, moving_only) for s in signals]
     total = sum(len(piece.rows) for recording in pieces for piece in recording)

@@ -24,6 +24,7 @@ from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.errors import InputError, did_you_mean
+from physident.robots.robot import Robot
 
 # the classes take different settings, for which there is no common type
 CATALOGUE: dict[str, Any] = {
@@ -75,6 +76,12 @@ def make_effects(effects: str | Iterable[str | Effect]) -> tuple[Effect, ...]:
                 raise InputError(f"effect {effect.name!r} is given twice for the same joint; expected once")
             seen.add(key)
     return result
+
+
+def described_effects(robot: Robot) -> tuple[Effect, ...]:
+    """The effects that a robot's description gives a size beside its links: a simulator's damping, for example."""
+    beside = [kind for name, kind in CATALOGUE.items() if name != "rigid_body"]
+    return tuple(effect for kind in beside for effect in kind.described(robot))
 
 
 def effect_class(name: str) -> Any:

@@ -1,7 +1,8 @@
-"""How an effect is classified: its family, where on an arm it can act, and how a diagnosis searches for it."""
+"""How an effect is classified: its family, where it can act, how a diagnosis searches for it, and what simulators know of it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
 
@@ -52,3 +53,16 @@ class Detection(Enum):
     BY_PLACE = "at each of its places"
     BY_TIME = "in windows of time"
     NEVER = "never, because other effects describe its changes"
+
+
+@dataclass(frozen=True)
+class JointTerm:
+    """Passive torque that simulators know: damping w + dry sgn w + stiffness p, the same on each of ``joints`` (from 0).
+
+    w and p are the sums of these joints' velocities and positions. None for a part that the effect does not state.
+    """
+
+    joints: tuple[int, ...]
+    damping: float | None = None
+    dry: float | None = None
+    stiffness: float | None = None

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Detection, Family, Scope
+from physident.effects.classification import Detection, Family, JointTerm, Scope
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -86,10 +86,13 @@ class Effect(ABC):
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
+    settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
+    dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
-    # NumPy expressions for the torque of one unit of each parameter of a joint, for export: in q, v, a, the torque of
-    # inertia and gravity ``load``, the torque without measurement effects ``motor``, and settings as {field}
+    # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
+    # measurement's effects), time ``t``, state ``z`` and {field}s; ``advance`` is z after a step ``dt`` at the velocity v
     formulas: ClassVar[tuple[str, ...]] = ()
+    advance: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         if self.scope is Scope.WHOLE_ARM and self.joints is not None:
@@ -131,6 +134,12 @@ class Effect(ABC):
     def nominal(self, robot: Robot) -> Array:
         """Parameters (k,) that the robot's description states; zero where it states none."""
         return np.zeros(len(self.columns(robot)))
+
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """The effect as the robot's description states it; none where the description gives it no size."""
+        overridden = cls.nominal is not Effect.nominal
+        return (cls(),) if overridden and cls().nominal(robot).any() else ()
 
     # what is physically possible
 
@@ -189,6 +198,10 @@ class Effect(ABC):
         """The effect with its times moved to the start of any motion, and how long [s] that motion must last."""
         return self, 0.0
 
+    def transition(self, robot: Robot) -> Array | None:
+        """Speeds (n,) [rad/s|m/s] over which it lets the sign of dry friction turn; None where it says nothing of it."""
+        return None
+
     def cutoff_needed(self, robot: Robot, signals: Signals) -> float:
         """The lowest cutoff [Hz] of the common filter that lets its torque pass; 0 where any cutoff will do."""
         return 0.0
@@ -237,18 +250,30 @@ class Effect(ABC):
         """Its torque with parameters ``theta`` (k,) as a NumPy expression, see ``formulas``; None where it has none."""
         if not self.formulas:
             return None
-        active = self.active(robot)
+        gains = np.zeros((len(self.formulas), robot.n))
+        gains[:, self.active(robot)] = theta.reshape(-1, len(self.formulas)).T
+        sources = [self._with_settings(robot, formula) for formula in self.formulas]
+        return " + ".join(f"{array_source(g)} * ({source})" for g, source in zip(gains, sources, strict=True))
+
+    def advance_source(self, robot: Robot) -> str | None:
+        """Its state ``z`` (n,) after a step of ``dt`` [s] as a NumPy expression; None for an effect without a state."""
+        return self._with_settings(robot, self.advance) if self.advance else None
+
+    def _with_settings(self, robot: Robot, formula: str) -> str:
         settings: dict[str, Any] = {key: value for key, value in vars(self).items() if isinstance(value, float)}
-        for shape in self.shape_parameters:
-            shape_values = np.ones(robot.n)
-            shape_values[active] = self.shape_values(robot, shape.field)
-            settings[shape.field] = array_source(shape_values)
-        terms = []
-        for formula, parameters in zip(self.formulas, theta.reshape(len(active), -1).T, strict=True):
-            gains = np.zeros(robot.n)
-            gains[active] = parameters
-            terms.append(f"{array_source(gains)} * ({formula.format(**settings)})")
-        return " + ".join(terms)
+        for field in (shape.field for shape in self.shape_parameters if f"{{{shape.field}}}" in formula):
+            values = np.ones(robot.n)
+            values[self.active(robot)] = self.shape_values(robot, field)
+            settings[field] = array_source(values)
+        return formula.format(**settings)
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...] | None:
+        """Its torque with parameters ``theta`` (k,) in the terms of a simulator's joints; None where it has none."""
+        return None
+
+    def folded(self, robot: Robot, theta: Array) -> tuple[Effect, Array]:
+        """The effect and parameters that stand for it in a program without its memory; by default the same ones."""
+        return self, theta
 
     @final
     def as_dict(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.effects.classification import Family
+from physident.effects.classification import Family, JointTerm
 from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
 from physident.recordings.preparation import derivative
 from physident.recordings.signals import Signals
@@ -31,6 +31,12 @@ class JointSpring(Effect):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.q.T[self.active(robot)]
+
+    def nominal(self, robot: Robot) -> Array:
+        return robot.spring_stiffness[self.active(robot)]
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), stiffness=float(K)) for j, K in zip(self.active(robot), theta, strict=True))
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)

@@ -6,24 +6,60 @@ A single parameter may be negative in a physical model, but the sum of all frict
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family
-from physident.effects.effect import Array, Cone, Effect, ShapeParameter, nonnegative
+from physident.effects.classification import Family, JointTerm
+from physident.effects.effect import Array, Cone, Effect, ShapeParameter, array_source, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
+from physident.recordings.velocity_sign import velocity_sign
 from physident.robots.robot import Robot
 
-SMOOTHING = 0.01  # rad/s: about the noise of a measured velocity
-SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SMOOTHING})"  # ``smooth_sign`` in exported code
+SHARPEST = 1e-3  # rad/s: width of the sign of a state about which nothing else is known, such as one of a simulation
+SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SHARPEST})"  # ``smooth_sign`` in exported code
+PRESLIDING = 1e-4  # rad|m: a gear's teeth and a bearing's balls deflect that much before they slide
+ERF_WIDTH = np.sqrt(2 / np.pi)  # standard deviation of the velocity whose expected sign is as steep as tanh(v / 1)
 
 
-def smooth_sign(v: Array, width: float = SMOOTHING) -> Array:
-    """The smooth sign tanh(v / width) that all effects use; ``v`` and ``width`` in the same unit [rad/s|m/s]."""
-    return np.tanh(v / width)
+def smooth_sign(v: Array, width: Array | float = SHARPEST) -> Array:
+    """The sign tanh(v / width) of exactly known velocities; ``v`` and ``width`` in the same unit [rad/s|m/s]."""
+    return np.tanh(v / np.maximum(width, SHARPEST))
+
+
+def sign_of_velocity(signals: Signals, joints: Sequence[int], width: Array | None = None) -> Array:
+    """The sign (k, N) of the velocities of some joints (indices from 0), as dry friction sees it.
+
+    ``width`` (k,) [rad/s|m/s] is that over which the arm's own friction turns; None takes the signals' own, zero is dry.
+    Where the velocity is uncertain, its uncertainty is added. A dry joint at rest passes from the sign before to that after.
+    """
+    return _signs(signals, joints, width)[0]
+
+
+def sign_spread(signals: Signals, joints: Sequence[int], width: Array | None = None) -> Array:
+    """Standard deviation (k, N) of ``sign_of_velocity``, which the samples of one crossing or rest have in common."""
+    return _signs(signals, joints, width)[1]
+
+
+def _signs(signals: Signals, joints: Sequence[int], width: Array | None) -> tuple[Array, Array]:
+    index = list(joints)
+    if width is None:
+        width = np.zeros(len(index)) if signals.transition is None else signals.transition[index]
+    if signals.velocity_std is None:
+        sign = smooth_sign(signals.v.T[index], width[:, None])
+        return sign, np.zeros_like(sign)
+    std = np.hypot(signals.velocity_std[index], ERF_WIDTH * width)
+    pairs = [
+        velocity_sign(
+            signals.v[:, j], signals.a[:, j] / (2 * signals.rate), float(s), signals.rests and signals.rests[j]
+        )
+        for j, s in zip(index, std, strict=True)
+    ]
+    sign, spread = np.array(pairs).reshape(-1, 2, len(signals.time)).transpose(1, 0, 2)
+    return sign, spread
 
 
 @dataclass(frozen=True)
@@ -33,19 +69,26 @@ class VelocityFriction(Effect):
     family: ClassVar[Family] = Family.FRICTION
 
     @abstractmethod
-    def law(self, robot: Robot, v: Array) -> Array:
-        """Friction (k, N) [N m|N] of each unit of each parameter at velocities (k, N) [rad/s|m/s]."""
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
+        """Friction (k, N) [N m|N] of each unit of each parameter at velocities (k, N) [rad/s|m/s] of a ``sign`` (k, N)."""
+
+    def width(self, robot: Robot) -> Array | None:
+        """Speeds (k,) [rad/s|m/s] over which its sign turns; None leaves them to the signals."""
+        return None
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return self.law(robot, signals.v.T[self.active(robot)])
+        active = self.active(robot)
+        return self.law(robot, signals.v.T[active], sign_of_velocity(signals, active, self.width(robot)))
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
-        return self.law(robot, np.tile(speeds, (len(self.active(robot)), 1)))
+        v = np.tile(speeds, (len(self.active(robot)), 1))
+        width = self.width(robot)
+        return self.law(robot, v, smooth_sign(v) if width is None else smooth_sign(v, width[:, None]))
 
 
 @dataclass(frozen=True)
 class ViscousFriction(VelocityFriction):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42)."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping."""
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
@@ -53,47 +96,103 @@ class ViscousFriction(VelocityFriction):
     signature: ClassVar[str] = "grows with speed"
     mistaken_for: ClassVar[str] = "coulomb_friction: two speeds separate them"
 
-    def law(self, robot: Robot, v: Array) -> Array:
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return v
+
+    def nominal(self, robot: Robot) -> Array:
+        return robot.damping[self.active(robot)]
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), damping=float(Fv)) for j, Fv in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)
 class CoulombFriction(VelocityFriction):
-    """tau_j = Fc_j sgn v_j with sgn v = tanh(v / smoothing); Fc in N m (thesis eq. 3.42).
+    """tau_j = Fc_j sgn v_j, at rest any torque up to Fc_j; Fc in N m (thesis eq. 3.42).
 
-    ``smoothing`` [rad/s] is about the noise of the velocity. Nominal: the motor's friction times the gear ratio, mean of
-    both directions, where the robot states its drives.
+    In recordings sgn v is its expectation under the noise of the velocity, and at rest it passes from the sign before to the
+    sign after. ``smoothing`` [rad/s], one value or one a joint, is the width over which the arm's own friction turns, zero
+    where it is dry; None lets ``identify`` find it, and is dry elsewhere. Of single states sgn v is tanh(v / smoothing), of at
+    least 0.001 rad/s. Nominal: the motor's friction times the gear ratio, mean of both directions, where the robot states its
+    drives, or a simulator's dry friction.
 
-    A joint with a smooth sign creeps under a constant load. ``presliding`` [rad|m] above zero makes a simulated joint
-    stick instead: the torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after that distance and
-    carries any smaller load at standstill (Dahl, "A solid friction model" (1968)). The regressor keeps the smooth sign.
+    A simulated joint sticks: its torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after the distance
+    ``presliding`` [rad|m] and carries any smaller load at standstill (Dahl, "A solid friction model" (1968)). With zero it
+    follows the sign, and creeps under a constant load.
+
+    ``lead`` [s] takes the sign of v + lead a: a simulator whose dry friction is a constraint that stops the joint within this
+    time turns the friction before the velocity changes sign.
     """
 
-    smoothing: float = SMOOTHING
-    presliding: float = 0.0
+    smoothing: float | tuple[float, ...] | None = None
+    presliding: float = PRESLIDING
+    lead: float = 0.0
 
     name: ClassVar[str] = "coulomb_friction"
     unit: ClassVar[str] = "N m"
     label: ClassVar[str] = "Coulomb friction"
-    formulas: ClassVar[tuple[str, ...]] = ("np.tanh(v / {smoothing})",)
+    settings_by_joint: ClassVar[tuple[str, ...]] = ("smoothing",)
+    dry: ClassVar[bool] = True
     signature: ClassVar[str] = "a step at each reversal"
     mistaken_for: ClassVar[str] = "load_dependent_friction: vary the load"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (np.isfinite(self.smoothing) and self.smoothing > 0):
-            raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected a positive speed [rad/s]")
+        widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing or 0.0,)
+        if not (np.isfinite(widths).all() and min(widths) >= 0):
+            raise InputError(
+                f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s] of zero or more"
+            )
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
+        if not (np.isfinite(self.lead) and self.lead >= 0):
+            raise InputError(f"coulomb_friction: lead is {self.lead}, expected a time [s], or 0")
 
-    def law(self, robot: Robot, v: Array) -> Array:
-        return smooth_sign(v, self.smoothing)
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        led = replace(signals, v=signals.v + self.lead * signals.a) if self.lead else signals
+        return super().values(robot, led)
+
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
+        return sign
+
+    def width(self, robot: Robot) -> Array | None:
+        if self.smoothing is None:
+            return None
+        count = len(self.active(robot))
+        widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing,)
+        if len(widths) not in (1, count):
+            raise InputError(
+                f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint"
+            )
+        return np.broadcast_to(np.array(widths, dtype=float), (count,))
+
+    def transition(self, robot: Robot) -> Array | None:
+        widths, own = np.zeros(robot.n), self.width(robot)
+        if own is None:
+            return None
+        widths[self.active(robot)] = own
+        return widths
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str:
+        gains, widths = np.zeros(robot.n), np.zeros(robot.n) if (own := self.transition(robot)) is None else own
+        gains[self.active(robot)] = theta
+        widths = np.maximum(widths, SHARPEST)
+        velocity = f"(v + {self.lead!r} * a)" if self.lead else "v"
+        return f"{array_source(gains)} * np.tanh({velocity} / {array_source(widths)})"
 
     def nominal(self, robot: Robot) -> Array:
-        if robot.drives is None:
-            return np.zeros(len(self.active(robot)))
-        forces = [d.gear_ratio * (d.motor_friction[0] - d.motor_friction[1]) / 2 for d in robot.drives]
-        return np.array([forces[j] for j in self.active(robot)])
+        return robot.dry_friction[self.active(robot)]
+
+    @classmethod
+    def described(cls, robot: Robot) -> tuple[Effect, ...]:
+        """One effect for each joint with friction, as wide and as early as a simulator makes it."""
+        joints = [int(j) for j in np.flatnonzero(robot.dry_friction)]
+        widths = [float(robot.friction_width[j]) for j in joints]
+        leads = [float(robot.friction_lead[j]) for j in joints]
+        return tuple(
+            cls(joints=(j + 1,), smoothing=width, lead=lead)
+            for j, width, lead in zip(joints, widths, leads, strict=True)
+        )
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot)) if self.presliding else 0
@@ -104,6 +203,9 @@ class CoulombFriction(VelocityFriction):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return state if self.presliding else self.values(robot, signals)
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        return tuple(JointTerm((j,), dry=float(Fc)) for j, Fc in zip(self.active(robot), theta, strict=True))
 
 
 @dataclass(frozen=True)
@@ -118,7 +220,7 @@ class FrictionAsymmetry(VelocityFriction):
         "torque_offset: compare both directions at equal speed; standstill shows nothing, because stiction hides it"
     )
 
-    def law(self, robot: Robot, v: Array) -> Array:
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return np.abs(v)
 
 
@@ -134,6 +236,7 @@ class StribeckFriction(VelocityFriction):
     name: ClassVar[str] = "stribeck_friction"
     unit: ClassVar[str] = "N m"
     label: ClassVar[str] = "Stribeck friction"
+    dry: ClassVar[bool] = True
     shape_parameters: ClassVar = (ShapeParameter("velocity", "rad/s", (0.02, 0.035, 0.06, 0.1, 0.17, 0.3, 0.5)),)
     formulas: ClassVar[tuple[str, ...]] = (f"{SMOOTH_SIGN_SOURCE} * np.exp(-((v / {{velocity}}) ** 2))",)
     signature: ClassVar[str] = "a bump below 0.1 rad/s"
@@ -141,8 +244,8 @@ class StribeckFriction(VelocityFriction):
         "presliding_hysteresis: follows distance, not speed; filtering the signals but not the torque imitates it"
     )
 
-    def law(self, robot: Robot, v: Array) -> Array:
-        return smooth_sign(v) * np.exp(-((v / self.shape_values(robot, "velocity")[:, None]) ** 2))
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
+        return sign * np.exp(-((v / self.shape_values(robot, "velocity")[:, None]) ** 2))
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         """The breakaway torque is at least the sliding friction."""
@@ -162,5 +265,5 @@ class NonlinearViscousFriction(VelocityFriction):
     signature: ClassVar[str] = "friction over speed is a curve, not a line"
     mistaken_for: ClassVar[str] = "warm_up: repeat a motion at the same speed later"
 
-    def law(self, robot: Robot, v: Array) -> Array:
+    def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return np.sign(v) * np.abs(v) ** self.shape_values(robot, "exponent")[:, None]

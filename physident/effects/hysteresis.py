@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Family
 from physident.effects.effect import Array, Effect, ShapeParameter
+from physident.effects.friction import CoulombFriction
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -30,9 +31,14 @@ class PreslidingHysteresis(Effect):
     name: ClassVar[str] = "presliding_hysteresis"
     unit: ClassVar[str] = "N m/rad"
     family: ClassVar[Family] = Family.FRICTION
+    dry: ClassVar[bool] = True
     pointwise: ClassVar[bool] = False
     shape_parameters: ClassVar = (
         ShapeParameter("distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05)),
+    )
+    formulas: ClassVar[tuple[str, ...]] = ("z",)
+    advance: ClassVar[str] = (
+        "np.sign(v) * {distance} + (z - np.sign(v) * {distance}) * np.exp(-np.abs(v) * dt / {distance})"
     )
     signature: ClassVar[str] = "friction builds over a fixed distance after each reversal"
     mistaken_for: ClassVar[str] = (
@@ -63,6 +69,10 @@ class PreslidingHysteresis(Effect):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return state
+
+    def folded(self, robot: Robot, theta: Array) -> tuple[Effect, Array]:
+        """Coulomb friction of the level s xs that it reaches after a few presliding distances."""
+        return CoulombFriction(self.joints), theta * self.shape_values(robot, "distance")
 
 
 def bristle(v: Array, distance: Array, rate: float) -> Array:

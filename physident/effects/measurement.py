@@ -42,7 +42,10 @@ class TorqueConstant(Effect):
 
 @dataclass(frozen=True)
 class TorqueOffset(Effect):
-    """tau_j = c_j: a constant offset of the measured torque of a joint, in N m."""
+    """tau_j = c_j: a constant offset of the measured torque of a joint, in N m.
+
+    Nominal: what holds the joint at zero against a simulator's spring.
+    """
 
     name: ClassVar[str] = "torque_offset"
     unit: ClassVar[str] = "N m"
@@ -54,6 +57,9 @@ class TorqueOffset(Effect):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return np.ones((len(self.active(robot)), len(signals.time)))
+
+    def nominal(self, robot: Robot) -> Array:
+        return robot.spring_offset[self.active(robot)]
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ class RigidBody(Effect):
 class RotorInertia(Effect):
     """tau_j = Ia_j a_j; Ia = G^2 Jm in kg m^2, the rotor's inertia at the joint (thesis eq. 3.45). Cone: Ia >= 0.
 
-    Nominal: the motor's inertia times the gear ratio squared, where the robot states its drives.
+    Nominal: the motor's inertia times the gear ratio squared, where the robot states its drives, or a simulator's armature.
     """
 
     name: ClassVar[str] = "rotor_inertia"
@@ -70,9 +70,7 @@ class RotorInertia(Effect):
         return AddedInertia(np.zeros(10 * robot.n), armature)
 
     def nominal(self, robot: Robot) -> Array:
-        if robot.drives is None:
-            return np.zeros(len(self.active(robot)))
-        return np.array([robot.drives[j].gear_ratio ** 2 * robot.drives[j].motor_inertia for j in self.active(robot)])
+        return robot.rotor_inertia[self.active(robot)]
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)

@@ -10,7 +10,7 @@ import numpy as np
 
 from physident.effects.classification import Family
 from physident.effects.effect import Array, Column, Effect, ShapeParameter
-from physident.effects.friction import smooth_sign
+from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -34,7 +34,12 @@ class WarmUp(Effect):
     name: ClassVar[str] = "warm_up"
     unit: ClassVar[str] = "N m, N m s/rad"
     family: ClassVar[Family] = Family.FRICTION
+    dry: ClassVar[bool] = True
     shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
+    formulas: ClassVar[tuple[str, ...]] = (
+        f"{SMOOTH_SIGN_SOURCE} * np.exp(-t / {{time_constant}})",
+        "v * np.exp(-t / {time_constant})",
+    )
     signature: ClassVar[str] = "friction drifts slowly"
     mistaken_for: ClassVar[str] = "a change between sessions: record the same motion again later in the same session"
 
@@ -64,6 +69,10 @@ class WarmUp(Effect):
             options.append(replace(cls(joints), reference_temperature=round(start, 1)))
         return options
 
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        """None where it follows a measured temperature, which is no argument of the exported function."""
+        return None if self.reference_temperature is not None else super().numpy_source(robot, theta)
+
     def values(self, robot: Robot, signals: Signals) -> Array:
         active = self.active(robot)
         if self.reference_temperature is None:
@@ -75,7 +84,7 @@ class WarmUp(Effect):
         else:
             weight = signals.temperature.T[active] - self.reference_temperature
         v = signals.v.T[active]
-        return np.stack([weight * smooth_sign(v), weight * v], axis=1).reshape(-1, len(signals.time))
+        return np.stack([weight * sign_of_velocity(signals, active), weight * v], axis=1).reshape(-1, len(signals.time))
 
 
 def is_warming(temperature: Array) -> bool:

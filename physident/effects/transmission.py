@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, Scope
+from physident.effects.classification import Family, JointTerm, Scope
 from physident.effects.effect import Array, Column, Cone, Effect, ShapeParameter, array_source, nonnegative
-from physident.effects.friction import SMOOTH_SIGN_SOURCE, SMOOTHING, smooth_sign
+from physident.effects.friction import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -28,6 +28,7 @@ class LoadDependentFriction(Effect):
     unit: ClassVar[str] = "1"
     family: ClassVar[Family] = Family.FRICTION
     label: ClassVar[str] = "load-dependent friction"
+    dry: ClassVar[bool] = True
     needs_model: ClassVar[bool] = True
     formulas: ClassVar[tuple[str, ...]] = (f"{SMOOTH_SIGN_SOURCE} * np.abs(load)",)
     signature: ClassVar[str] = "grows with the load and changes sign with the velocity"
@@ -38,7 +39,7 @@ class LoadDependentFriction(Effect):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         active = self.active(robot)
-        return smooth_sign(signals.v.T[active]) * np.abs(load.T[active])
+        return sign_of_velocity(signals, active) * np.abs(load.T[active])
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         return (nonnegative(len(self.active(robot))),)
@@ -56,6 +57,7 @@ class CoupledFriction(Effect):
     unit: ClassVar[str] = "N m, N m s/rad"
     family: ClassVar[Family] = Family.FRICTION
     scope: ClassVar[Scope] = Scope.NEIGHBOURS
+    dry: ClassVar[bool] = True
     signature: ClassVar[str] = "the residual of one joint follows the motion of another"
     mistaken_for: ClassVar[str] = "friction of one joint alone: move the two joints one at a time"
 
@@ -88,9 +90,13 @@ class CoupledFriction(Effect):
         entries = []
         for j, k in self.pairs(robot):
             motor_velocity = signals.v[:, j] + signals.v[:, k]
-            sign = smooth_sign(motor_velocity)
+            sign = sign_of_velocity(_summed(signals, j, k), [0])[0]
             entries += [sign, sign, motor_velocity, motor_velocity]
         return np.array(entries).reshape(-1, len(signals.time))
+
+    def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
+        values = zip(self.pairs(robot), theta.reshape(-1, 2).tolist(), strict=True)
+        return tuple(JointTerm(pair, damping=Fv, dry=Fc) for pair, (Fc, Fv) in values)
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         """Friction of the summed velocity of each pair, on both joints: a row of P has a one at each joint of a pair."""
@@ -100,7 +106,15 @@ class CoupledFriction(Effect):
             row[list(pair)] = 1.0
         P, Fc, Fv = (array_source(x) for x in (selection, *theta.reshape(-1, 2).T))
         motor_velocity = f"(v @ {P}.T)"
-        return f"({Fc} * np.tanh({motor_velocity} / {SMOOTHING}) + {Fv} * {motor_velocity}) @ {P}"
+        return f"({Fc} * np.tanh({motor_velocity} / {SHARPEST}) + {Fv} * {motor_velocity}) @ {P}"
+
+
+def _summed(signals: Signals, j: int, k: int) -> Signals:
+    """The motion of a motor that turns by the sum of two joints' angles."""
+    pair = [j, k]
+    q, v, a = (x[:, pair].sum(axis=1, keepdims=True) for x in (signals.q, signals.v, signals.a))
+    std = None if signals.velocity_std is None else np.hypot.reduce(signals.velocity_std[pair], keepdims=True)
+    return replace(signals, q=q, v=v, a=a, velocity_std=std, rests=None, transition=None)
 
 
 @dataclass(frozen=True)

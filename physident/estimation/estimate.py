@@ -18,8 +18,8 @@ from physident.estimation.results.predictions import Predictions, predictions_of
 from physident.estimation.results.values import value_figure, value_frame
 from physident.files import write_json
 from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
-from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 
 SCHEMA = "physident.model/1"
@@ -48,17 +48,21 @@ class Estimate(EstimatedModel):
             raise InputError(f"the model has no parameter {name!r}, expected a name such as {names[-1]!r}{end}")
         return float(self.theta[names.index(name)])
 
-    def predict(self, recording: Recording) -> Predictions:
-        """Filtered torque (M, n) [N m|N] that the model predicts for a recording, beside the measured one.
+    def predict(self, recordings: Recordings) -> Predictions:
+        """Filtered torque (M, n) [N m|N] that the model predicts, beside the measured one, for one or several recordings.
 
-        Currents without drive gains take those of the model. Raises InputError for a recording of another number of
-        joints, and for one that moves for less time than the filter lasts.
+        Recordings may be paths or patterns, whose files are read with the model's layout. Currents without drive gains take
+        those of the model. Raises InputError for a recording of another number of joints, and for one that moves for less
+        time than the filter lasts.
         """
-        robot = self.model.robot
-        if recording.n != robot.n:
-            raise InputError(f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}")
-        signals = prepare(recording.with_default_drive_gains(self.drive_gains), self.filter)
-        return predictions_of(self.model, [signals], self.filter)
+        robot, signals = self.model.robot, []
+        for recording in as_recordings(recordings, robot, self.layout):
+            if recording.n != robot.n:
+                raise InputError(f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}")
+            signals.append(prepare(recording.with_default_drive_gains(self.drive_gains), self.filter))
+        if not signals:
+            raise InputError("no recordings given, expected at least one")
+        return predictions_of(self.model, signals, self.filter)
 
     def to_frame(self) -> Any:
         """The parameters as a pandas frame: joint, effect, value, unit, standard error, 95 % interval."""
@@ -85,6 +89,8 @@ class Estimate(EstimatedModel):
             "held": list(self.active_constraints),
             "shapes": [vars(shape) for shape in self.shape_parameters],
             "violations": list(self.violations),
+            "unsized": list(self.unsized),
+            "warnings": list(self.warnings),
             "base_parameters": self._base_parameters(),
             "covariance": self.covariance.tolist(),
             "sigma": self.sigma.tolist(),

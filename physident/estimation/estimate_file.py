@@ -17,7 +17,7 @@ from physident.estimation.physical.certificate import Certificate
 from physident.estimation.shape_uncertainty import FoundShape
 from physident.files import naming, read_json
 from physident.json_records import NotNegative, Positive, RecordReader, Share
-from physident.recordings.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading
 from physident.recordings.recording import check_gains
 from physident.recordings.signals import Filter
 
@@ -46,6 +46,8 @@ class _Entries:
     base_shares: tuple[Share, ...]
     held: tuple[str, ...]
     shapes: tuple[FoundShape, ...]
+    unsized: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def load_estimate(path: str | Path) -> Estimate:
@@ -56,7 +58,7 @@ def load_estimate(path: str | Path) -> Estimate:
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
-    entries = READER.read(_Entries, data, "")
+    entries = READER.read(_Entries, {"unsized": [], "warnings": []} | data, "")  # files of older versions have neither
     estimate = Estimate(
         model=read_model(data, READER),
         estimator=estimator_from_dict(entries.estimator),
@@ -75,12 +77,14 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
         base_shares=entries.base_shares,
         active_constraints=entries.held,
         shape_parameters=entries.shapes,
+        unsized=entries.unsized,
+        warnings=entries.warnings,
     )
     _check_sizes(estimate)
     _check_shares(estimate)
     _check_shape_parameters(estimate)
     if estimate.layout is not None:
-        ColumnLayout.parse(estimate.layout)
+        Reading.parse(estimate.layout)
     if estimate.drive_gains is not None:
         check_gains(estimate.drive_gains, estimate.model.robot.n, "the model")
     return estimate

@@ -10,12 +10,14 @@ from physident.effects.catalogue import CATALOGUE
 from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import Physical
 from physident.estimation.physical.information_shares import BY_DATA, BY_PRIOR
+from physident.estimation.sizing import UNSIZED
 from physident.recordings.recording import recording_count
 
 WIDTH = 100  # characters of a line
 EDGE = 1.02  # a shape parameter within this factor of an end of its grid was limited by the grid
 MAX_LISTED = 12  # parameters listed one by one
 MAX_NAMES = 6  # vague base parameters named
+POOR = 30.0  # %: a model that leaves more of a joint's torque predicts it no better than friction alone would
 VAGUE = 0.5  # a base parameter whose standard error exceeds this share of its value is called vague
 
 
@@ -44,13 +46,43 @@ def estimate_text(estimate: EstimatedModel) -> str:
         names = ", ".join(base.columns[base.independent[i]].name for i in worst[:MAX_NAMES])
         more = f" and {len(vague) - MAX_NAMES} more" if len(vague) > MAX_NAMES else ""
         rows.append(f"vague (standard error above half the value): {names}{more}")
-    broken = "; ".join(estimate.violations[:3]) + ("; ..." if len(estimate.violations) > 3 else "")
-    rows.append(
-        f"verdict: not physical: {broken}\n  (torques determine only sums of parameters; --method physical finds physically consistent values)"
-        if broken
-        else "verdict: physical: every link is a rigid body, friction dissipates"
-    )
+    if estimate.unsized:
+        rows.append(
+            f"not sized by these data (their torques would be {UNSIZED:g} times the measured one or more, and cancel): "
+            + ", ".join(estimate.unsized[:MAX_NAMES])
+            + (f" and {len(estimate.unsized) - MAX_NAMES} more" if len(estimate.unsized) > MAX_NAMES else "")
+        )
+    rows += [f"set-up: {warning}" for warning in estimate.warnings]
+    rows.append(_verdict(estimate))
     return "\n".join(rows)
+
+
+def _verdict(estimate: EstimatedModel) -> str:
+    """How much of the torque the model leaves, and only then whether its parameters are physical."""
+    relative = np.asarray(estimate.relative)
+    poor = relative > POOR
+    broken = "; ".join(estimate.violations[:3]) + ("; ..." if len(estimate.violations) > 3 else "")
+    if poor.mean() > 0.5:
+        links = f"not physical: {broken}" if broken else "its links and friction could exist, but are not this arm's"
+        return (
+            f"verdict: poor: the model leaves {_percent(relative)} of the torque; {links}\n"
+            "  (check signs, gains, columns and robot: physident inspect RECORDING --robot ROBOT)"
+        )
+    level = f"the model leaves {_percent(relative[~poor])} of the torque"
+    doubt = "the set-up is doubtful (see above); " if estimate.warnings else ""
+    if poor.any():
+        joints = ", ".join(str(j + 1) for j in np.flatnonzero(poor))
+        level = f"poor on joint{'s' if poor.sum() > 1 else ''} {joints} ({_percent(relative[poor])} left); elsewhere {level}"
+    if broken:
+        advice = "(torques determine only sums of parameters; --method physical finds physically consistent values)"
+        return f"verdict: {doubt}{level}; not physical: {broken}\n  {advice}"
+    return f"verdict: {doubt}{level}; physical: every link is a rigid body, friction dissipates"
+
+
+def _percent(values: np.ndarray) -> str:
+    """The range of values in words: "3 to 13 %"."""
+    low, high = (f"{value:.0f}" if value >= 1 else f"{value:.2g}" for value in (values.min(), values.max()))
+    return f"{low} %" if low == high else f"{low} to {high} %"
 
 
 def _prior(estimate: EstimatedModel) -> str:
@@ -115,7 +147,8 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     others = [i for i, c in enumerate(model.columns) if c.effect in effects and c.effect not in single]
     for i in others[:MAX_LISTED]:
         c = model.columns[i]
-        rows.append(f"{c.name} = {_value(estimate.theta[i], errors[i])} {c.unit}")
+        value = "not sized" if c.name in estimate.unsized else f"{_value(estimate.theta[i], errors[i])} {c.unit}"
+        rows.append(f"{c.name} = {value}")
     if len(others) > MAX_LISTED:
         rows.append(f"and {len(others) - MAX_LISTED} more values in the model file")
     for f in estimate.shape_parameters:
@@ -127,6 +160,8 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
 
 def _cell(estimate: EstimatedModel, errors: np.ndarray, effect: str, joint: int) -> str:
     found = [i for i, c in enumerate(estimate.model.columns) if c.effect == effect and c.joint == joint]
+    if found and estimate.model.columns[found[0]].name in estimate.unsized:
+        return "not sized"
     return _value(estimate.theta[found[0]], errors[found[0]]) if found else "-"
 
 

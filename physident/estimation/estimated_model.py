@@ -45,7 +45,9 @@ class EstimatedModel:
     A physical estimate also states what determined it: ``shares`` (p,) of the information in independent directions
     that came from the data, ``base_shares`` (r,) the same for each base parameter, and ``active_constraints``, the
     constraints that the solution rests on. ``shape_parameters`` are those that were identified rather than given; their
-    uncertainty is included in ``covariance``. ``path`` is that of the file that it was read from.
+    uncertainty is included in ``covariance``. ``unsized`` are the names of base parameters whose torques would be many times
+    the measured one and cancel one another; ``warnings`` state what is wrong with the recordings' set-up. ``path`` is that of
+    the file that it was read from.
     """
 
     model: Model
@@ -65,6 +67,8 @@ class EstimatedModel:
     base_shares: tuple[float, ...] = ()
     active_constraints: tuple[str, ...] = ()
     shape_parameters: tuple[FoundShape, ...] = ()
+    unsized: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     path: str | None = None
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.estimation.dry_friction.rest_rows import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
@@ -20,14 +22,19 @@ from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
-from physident.estimation.shape_parameters import settle
+from physident.estimation.shape_parameters import quick_fit, settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
+from physident.estimation.sizing import unsized_parameters
+from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.recordings.checks import check_effort, refuse_duplicates
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
+from physident.robots.load import load_robot
 from physident.robots.robot import Robot
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -35,8 +42,8 @@ Array = NDArray[np.float64]
 
 @one_thread
 def identify(
-    robot: Robot,
-    recordings: Sequence[Recording],
+    robot: Robot | str | Path,
+    recordings: Recordings,
     effects: str | Iterable[str | Effect] = DEFAULT_EFFECTS,
     method: str | Estimator = "wls",
     filter: Filter | float | None = None,
@@ -44,28 +51,36 @@ def identify(
 ) -> Estimate:
     """Identify the parameters of some effects of a robot from recordings; returns an ``Estimate``.
 
+    ``robot`` may be a name or a path, ``recordings`` one or several recordings, paths or patterns.
     ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
     (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
     ``effects`` are names or objects, or one text of names separated by commas; ``filter`` may be its cutoff [Hz].
-    ``columns`` is only stored in the estimate, as the default layout of other recordings. Raises InputError for
+    ``columns`` is the layout of files, stored in the estimate as the default layout of others. Recordings are held against the
+    robot's description first, see ``check_setup``: what is wrong is a warning, and in the estimate's ``warnings``. Raises InputError for
     recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
     that cannot be the arm's, and for a prior or bounds that do not fit the model; NotSolvedError where the estimator does
     not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
+    robot = robot if isinstance(robot, Robot) else load_robot(robot)
+    recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
     filter = as_filter(filter)
     initial = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)
+    warnings = warn_of_setup(robot, recordings)
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
     _refuse_brief(recordings, regressor)
+    if not isinstance(estimator, OLS):
+        theta = quick_fit(robot, settled, regressor)
+        regressor = weight_rows(regressor, row_weights(robot, settled, regressor, theta, signals, filter))
     estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
-    return with_shape_uncertainty(estimate, regressor, sensitivities)
+    return replace(with_shape_uncertainty(estimate, regressor, sensitivities), warnings=warnings)
 
 
 def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:
@@ -106,7 +121,7 @@ def prepare_moving(robot: Robot, recordings: Sequence[Recording], filter: Filter
     for recording in recordings:
         if recording.n != robot.n:
             raise InputError(
-                f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}; check --robot and --columns"
+                f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}; check --robot, --joints and --columns"
             )
         one = prepare(recording, filter)
         if one.moving is None:
@@ -150,6 +165,7 @@ def estimate_from(
             shares=tuple(float(share) for share in physical.shares.directions),
             base_shares=tuple(float(share) for share in physical.shares.base),
             active_constraints=physical.active_constraints,
+            unsized=unsized_parameters(regressor, base, physical.theta),
         )
     solution = _least_squares_solution(regressor, base, nominal, estimator)
     theta = base.nearest(nominal, solution.base)
@@ -174,6 +190,7 @@ def estimate_from(
         drive_gains=shared_gains(recordings),
         blocks=solution.blocks,
         base_shares=tuple(float(determined) for determined in solution.determined),
+        unsized=unsized_parameters(regressor, base, theta),
     )
 
 

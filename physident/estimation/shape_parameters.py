@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.effect import Effect, ShapeParameter
+from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.least_squares import solve_step
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.identifiability.projection import Baseline
@@ -34,7 +35,8 @@ def settle(
     Columns that depend on the model are rebuilt with weighted least squares until the prediction no longer changes.
     """
     found = find_shapes(robot, tuple(effects), signals, filter)
-    return found, settled_regressor(robot, found, signals, filter)
+    regressor = settled_regressor(robot, found, signals, filter)
+    return with_transitions(robot, found, regressor, signals, filter, quick_fit(robot, found, regressor))
 
 
 def settled_regressor(
@@ -49,7 +51,7 @@ def settled_regressor(
     effect_of_column = [effect for effect in effects for _ in effect.columns(robot)]
     places = np.array([i for i, effect in enumerate(effect_of_column) if effect.needs_model], dtype=np.intp)
     for _ in range(REFRESHES):
-        after = _fit(robot, effects, regressor)
+        after = quick_fit(robot, effects, regressor)
         change = regressor.predict(after) - regressor.predict(theta)
         residual = regressor.torque - regressor.predict(after)
         theta = after
@@ -148,11 +150,11 @@ def _merged(effect: Effect, parts: list[Effect]) -> Effect:
 
 
 def _weights(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
-    sizes = regressor.joint_sizes(_fit(robot, effects, regressor)) / np.sqrt(len(regressor.time))
+    sizes = regressor.joint_sizes(quick_fit(robot, effects, regressor)) / np.sqrt(len(regressor.time))
     return 1 / np.maximum(sizes, 1e-9 * max(1.0, float(np.abs(regressor.torque).max())))
 
 
-def _fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
+def quick_fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
     """Parameters (p,) by weighted least squares on the QR factors; what the data do not show keeps its nominal value."""
     base, nominal = find_base_parameters(robot, effects), Model.nominal(robot, effects).theta
     theta, floor = nominal, 1e-9 * max(1.0, float(np.abs(regressor.torque).max()))
@@ -173,7 +175,7 @@ def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals]
     plain = tuple(effect for effect in effects if not effect.needs_model)
     if not plain:
         return Model.nominal(robot, effects).theta
-    fitted = iter(_fit(robot, plain, build_regressor(robot, plain, signals, filter)))
+    fitted = iter(quick_fit(robot, plain, build_regressor(robot, plain, signals, filter)))
     parts = [
         effect.nominal(robot) if effect.needs_model else np.array([next(fitted) for _ in effect.columns(robot)])
         for effect in effects

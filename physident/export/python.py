@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -75,64 +78,119 @@ def export_python(model: Model | Estimate, path: str | Path) -> None:
 def python_of(model: Model) -> str:
     """Source text of the model's torque as a function of q [rad|m], v [rad/s|m/s], a [rad/s^2|m/s^2], (n,) or (N, n).
 
-    Raises InputError for an effect that is not a function of the state: one with memory or time, or one that changes what
-    the encoders show.
+    A model whose effects remember has a ``state`` beside them, one that depends on the time a ``t``; ``torque_along`` is the
+    torque along a recording. Raises InputError for an effect that has no such expression: one that changes what the
+    encoders show, or that needs other instants.
     """
     robot = model.robot
     inertia = model.added_inertia()
-    plant, measurement = _effect_torques(model)
+    torques = _effect_torques(model)
     lines = [
         f"load = rigid_body(q, v, a) + {array_source(inertia.armature)} * a",
         "motor = load.copy()",
-        *(f"motor += {torque}" for torque in plant),
+        *torques.plant,
         "tau = motor.copy()",
-        *(f"tau += {torque}" for torque in measurement),
+        *torques.measurement,
     ]
-    constants = _constants(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
+    constants = constants_of(robot, inertia.links, np.array(robot.gravity) + inertia.gravity)
     names = ", ".join(robot.joint_names)
     body = "\n    ".join(lines)
-    return f'''"""Joint torques of {_plain(robot.name)}, identified with physident; needs numpy only.
+    state = ", state" if torques.advances else ""
+    time = ", t=0.0" if torques.timed else ""
+    described = f"; ``state`` ({len(torques.advances)}, n) or ({len(torques.advances)}, N, n)" if state else ""
+    described += "; ``t`` [s] since the start, a number or (N,)" if time else ""
+    along = _along(torques.advances, bool(time), robot.n) if state or time else ""
+    return f'''"""Joint torques of {plain(robot.name)}, identified with physident; needs numpy only.
 
-Joints in order: {_plain(names)}.
+Joints in order: {plain(names)}.
 """
 
 import numpy as np
 {constants}
 {RIGID_BODY}
 
-def torque(q, v, a):
-    """Joint torques [N m|N] at positions q [rad|m], velocities v [rad/s|m/s], accelerations a; each (n,) or (N, n)."""
+def torque(q, v, a{state}{time}):
+    """Joint torques [N m|N] at positions q [rad|m], velocities v [rad/s|m/s], accelerations a; each (n,) or (N, n){described}."""
     q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
     if not q.shape == v.shape == a.shape or q.shape[-1:] != ({robot.n},):
         raise ValueError(f"q, v, a have shapes {{q.shape}}, {{v.shape}}, {{a.shape}}; expected ({robot.n},) or (N, {robot.n})")
+    {"t = np.asarray(t, dtype=float)[..., None]" if time else ""}
     {body}
     return tau
+{along}'''
+
+
+@dataclass(frozen=True)
+class _Torques:
+    """Lines of code for the effects other than inertia, those of the plant and those of the measurement; ``advances`` the
+    expressions of their next states; ``timed`` whether one of them depends on the time."""
+
+    plant: tuple[str, ...]
+    measurement: tuple[str, ...]
+    advances: tuple[str, ...]
+    timed: bool
+
+
+def _along(advances: tuple[str, ...], timed: bool, n: int) -> str:
+    """Functions for a model that remembers or depends on the time: its next state, and the torque along a recording."""
+    named = [re.sub(r"\bz\b", f"state[{k}]", expression) for k, expression in enumerate(advances)]
+    rows = "".join(f"        {expression},\n" for expression in named)
+    step = f'''
+
+def advanced(state, v, dt):
+    """The state after a step of dt [s] at the mean velocity v (n,) [rad/s|m/s]; it is zero where a recording begins."""
+    v = np.asarray(v, dtype=float)
+    return np.array([
+{rows}    ])
+'''
+    states = f"""
+    state = np.zeros(({len(advances)}, *v.shape))
+    for k in range(1, len(time)):
+        state[:, k] = advanced(state[:, k - 1], 0.5 * (v[k - 1] + v[k]), time[k] - time[k - 1])"""
+    arguments = (", state" if advances else "") + (", time - time[0]" if timed else "")
+    return f'''{step if advances else ""}
+
+def torque_along(time, q, v, a):
+    """Joint torques (N, {n}) [N m|N] along a recording without gaps, at times (N,) [s]; other arguments as in ``torque``."""
+    time, v = np.asarray(time, dtype=float), np.asarray(v, dtype=float){states if advances else ""}
+    return torque(q, v, a{arguments})
 '''
 
 
-def _effect_torques(model: Model) -> tuple[list[str], list[str]]:
-    """NumPy expressions for the effects other than inertia: those of the plant, and those of the torque measurement.
-
-    Raises InputError, with the names of all of them, for effects that have no such expression.
-    """
-    plant, measurement, unknown = [], [], []
+def _effect_torques(model: Model) -> _Torques:
+    """The lines of all effects other than inertia; raises InputError, naming them, for effects without an expression."""
+    plant: list[str] = []
+    measurement: list[str] = []
+    advances: list[str] = []
+    unknown, timed = [], False
     for effect, theta in model.effect_parameters():
         if effect.inertia(model.robot, theta) is not None:
             continue
         source = effect.numpy_source(model.robot, theta)
         if source is None:
             unknown.append(effect.name)
-        target = measurement if effect.acts_on == "measurement" else plant
-        target.append(f"{source}  # {effect.name} [{effect.unit}]")
+            continue
+        total, target = ("tau", measurement) if effect.acts_on == "measurement" else ("motor", plant)
+        if (advance := effect.advance_source(model.robot)) is not None:
+            target.append(f"z = np.asarray(state[{len(advances)}], dtype=float)")
+            advances.append(advance)
+        target.append(f"{total} += {source}  # {effect.name} [{effect.unit}]")
+        timed = timed or uses(source, "t")
     if unknown:
         known = [name for name, cls in CATALOGUE.items() if cls.formulas or cls.numpy_source is not Effect.numpy_source]
         raise InputError(
             f"a function torque(q, v, a) cannot express {', '.join(unknown)}; expected effects of inertia and {', '.join(known)}: choose effects with --effects and identify again"
         )
-    return plant, measurement
+    return _Torques(tuple(plant), tuple(measurement), tuple(advances), timed)
 
 
-def _constants(robot: Robot, links: Array, gravity: Array) -> str:
+def uses(source: str, name: str) -> bool:
+    """Whether an expression depends on a variable."""
+    return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(ast.parse(source)))
+
+
+def constants_of(robot: Robot, links: Array, gravity: Array) -> str:
+    """Source text of the constants that ``RIGID_BODY`` uses."""
     rows = [
         f"    ({j.kind!r}, {j.parent}, {array_source(j.axis)}, {array_source(j.rotation)}, {array_source(j.translation)}),"
         for j in robot.joints
@@ -154,6 +212,6 @@ def _constants(robot: Robot, links: Array, gravity: Array) -> str:
     )
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A name without the characters that would end the docstring around it."""
     return text.replace("\\", "/").replace('"', "'")

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
+from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.export.held import Held, held_by
 from physident.export.urdf_edit import Element, edit_urdf, parse_elements
 from physident.files import write_text
 from physident.robots.inertia import about_centre, violations
-from physident.robots.robot import STANDARD_GRAVITY
+from physident.robots.robot import STANDARD_GRAVITY, Robot
 
 Array = NDArray[np.float64]
-DYNAMICS = {"viscous_friction": "damping", "coulomb_friction": "friction"}  # attributes of URDF's <dynamics> by effect
-PRINTED_VALUES = 12  # of an effect that URDF cannot express
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,23 @@ class UrdfExport:
     """The URDF ``text`` of an identified model, and what URDF cannot express of it.
 
     ``links`` (n,) names the link that carries the identified inertia of each joint; ``merged`` (n,) names the links fixed
-    to it, whose inertia is now included in that link; ``inexpressible`` has one line for each part of the model that URDF
-    cannot express.
+    to it, whose inertia is now included in that link. ``folded`` has one line for each effect that was written as
+    another one, ``inexpressible`` one for each part of the model that URDF cannot express, and ``held`` (see ``Held``) is
+    the part that the file expresses.
     """
 
     text: str
     links: tuple[str, ...]
     merged: tuple[tuple[str, ...], ...]
+    folded: tuple[str, ...]
     inexpressible: tuple[str, ...]
+    held: Held
 
     def __repr__(self) -> str:
         rows = ["joint  link with the identified inertia   links fixed to it, now without inertia"]
         for number, (link, others) in enumerate(zip(self.links, self.merged, strict=True), 1):
             rows.append(f"{number:5d}  {link:<34}  {', '.join(others) or '-'}")
+        rows += list(self.folded)
         rows += [f"not expressible in URDF: {text}" for text in self.inexpressible]
         return "\n".join(rows)
 
@@ -66,22 +70,32 @@ def urdf_of(model: Model) -> UrdfExport:
             "the model has no rigid_body effect, so there are no links to write; identify a model with rigid_body in --effects"
         )
     root = parse_elements(robot.urdf)
-    child, fixed_together = _fixed_links(root)
+    child, fixed_together = fixed_links(root)
     parameters = model.added_inertia().links.reshape(robot.n, 10)
     links = tuple(child[name] for name in robot.joint_names)
-    _refuse_unphysical(parameters, links, robot.joint_names)
+    refuse_unphysical(parameters, links, robot.joint_names)
     inertials: dict[str, str | None] = {}
     merged = []
     for link, phi in zip(links, parameters, strict=True):
         others = [other for other in fixed_together[link] if other != link]
         inertials |= dict.fromkeys(others) | {link: _inertial(phi) if phi.any() else None}
         merged.append(tuple(other for other in others if _has_inertial(root, other)))
-    dynamics, negative = _dynamics(model)
+    held = held_by(model, lambda effect, theta: _holds(robot, effect, theta))
+    dynamics, negative = _dynamics(held.model)
     text = edit_urdf(robot.urdf, inertials, dynamics)
-    return UrdfExport(text, links, tuple(merged), (*_inexpressible(model), *negative))
+    inexpressible = (*held.lost, *held.measured, *_gravity(robot), *negative)
+    return UrdfExport(text, links, tuple(merged), held.folded, inexpressible, held)
 
 
-def _fixed_links(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
+def _holds(robot: Robot, effect: Effect, theta: Array) -> bool:
+    """Whether URDF holds an effect: bodies, and the damping and dry friction of single joints."""
+    if (added := effect.inertia(robot, theta)) is not None:
+        return not added.armature.any() and not any(added.gravity)
+    terms = effect.joint_terms(robot, theta)
+    return terms is not None and all(len(term.joints) == 1 and term.stiffness is None for term in terms)
+
+
+def fixed_links(root: Element) -> tuple[dict[str, str], dict[str, list[str]]]:
     """The child link of each moving joint, and for each such link all links that are fixed to it, itself included."""
     parent_of = {}
     child = {}
@@ -105,7 +119,8 @@ def _has_inertial(root: Element, name: str) -> bool:
     return any(link.attributes["name"] == name and link.find_all("inertial") for link in root.find_all("link"))
 
 
-def _refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
+def refuse_unphysical(parameters: Array, links: tuple[str, ...], joints: tuple[str, ...]) -> None:
+    """Raises InputError, naming them, for link parameters (n, 10) that no rigid body has; a link may have no mass at all."""
     unphysical = [
         f"link {i} ({link}, moved by {joint}): {_violated_condition(phi)}"
         for i, (phi, link, joint) in enumerate(zip(parameters, links, joints, strict=True), 1)
@@ -145,27 +160,24 @@ def _number(value: float) -> str:
 
 def _dynamics(model: Model) -> tuple[dict[str, dict[str, str]], list[str]]:
     """Attributes of each joint's ``<dynamics>``, and one line for each value that URDF does not allow."""
+    totals: dict[tuple[str, str], float] = {}
+    for effect, theta in model.effect_parameters():
+        for term in effect.joint_terms(model.robot, theta) or ():
+            joint = model.robot.joint_names[term.joints[0]]
+            for attribute, value in (("damping", term.damping), ("friction", term.dry)):
+                if value is not None:
+                    totals[joint, attribute] = totals.get((joint, attribute), 0.0) + value
     result: dict[str, dict[str, str]] = {}
     negative = []
-    for column, value in zip(model.columns, model.theta, strict=True):
-        if column.effect in DYNAMICS:
-            if value < 0:
-                negative.append(f"{column.name} = {value:.4g} {column.unit} is negative; written as 0")
-            joint = model.robot.joint_names[column.joint - 1]
-            result.setdefault(joint, {})[DYNAMICS[column.effect]] = _number(max(0.0, value))
+    for (joint, attribute), value in totals.items():
+        if value < 0:
+            number = model.robot.joint_names.index(joint) + 1
+            negative.append(f"{attribute} {value:.4g} of joint {number} ({joint}) is negative; written as 0")
+        result.setdefault(joint, {})[attribute] = _number(max(0.0, value))
     return result, negative
 
 
-def _inexpressible(model: Model) -> list[str]:
-    texts = []
-    for effect, theta in model.effect_parameters():
-        added = effect.inertia(model.robot, theta)
-        only_links = added is not None and not added.armature.any() and not any(added.gravity)
-        if effect.name not in DYNAMICS and (added is None or not only_links):
-            values = ", ".join(f"{value:.4g}" for value in theta[:PRINTED_VALUES]) + (
-                ", ..." if len(theta) > PRINTED_VALUES else ""
-            )
-            texts.append(f"{effect.name} [{effect.unit}] {values}")
-    if tuple(model.robot.gravity) != STANDARD_GRAVITY:
-        texts.append(f"gravity {list(model.robot.gravity)} m/s^2 in the base frame: set it in the simulator")
-    return texts
+def _gravity(robot: Robot) -> list[str]:
+    if tuple(robot.gravity) == STANDARD_GRAVITY:
+        return []
+    return [f"gravity {list(robot.gravity)} m/s^2 in the base frame: set it in the simulator"]

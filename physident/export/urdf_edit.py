@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
@@ -30,7 +30,9 @@ class Element:
 
 
 @dataclass(frozen=True)
-class _Edit:
+class Edit:
+    """Bytes from ``start`` to ``stop`` of an encoded text that ``text`` replaces."""
+
     start: int
     stop: int
     text: str
@@ -73,40 +75,46 @@ def edit_urdf(text: str, inertials: Mapping[str, str | None], dynamics: Mapping[
     """
     data = text.encode("utf-8")
     root = parse_elements(text)
-    edits: list[_Edit] = []
+    edits: list[Edit] = []
     for link in root.find_all("link"):
         if (name := link.attributes.get("name", "")) in inertials:
-            edits += _child_edits(data, link, "inertial", inertials[name])
+            edits += child_edits(data, link, "inertial", inertials[name])
     for joint in root.find_all("joint"):
         if settings := dynamics.get(joint.attributes.get("name", "")):
             old = joint.find_all("dynamics")
             merged = (old[0].attributes if old else {}) | dict(settings)
             written = " ".join(f"{key}={quoteattr(value)}" for key, value in merged.items())
-            edits += _child_edits(data, joint, "dynamics", f"<dynamics {written}/>")
+            edits += child_edits(data, joint, "dynamics", f"<dynamics {written}/>")
+    return edited(text, edits)
+
+
+def edited(text: str, edits: Sequence[Edit]) -> str:
+    """The text with all edits, which must not overlap."""
+    data = text.encode("utf-8")
     for edit in sorted(edits, key=lambda e: e.start, reverse=True):
         data = data[: edit.start] + edit.text.encode("utf-8") + data[edit.stop :]
     return data.decode("utf-8")
 
 
-def _child_edits(data: bytes, parent: Element, tag: str, new: str | None) -> list[_Edit]:
+def child_edits(data: bytes, parent: Element, tag: str, new: str | None) -> list[Edit]:
     """Edits after which ``new`` is the only child with its tag; None removes all of them."""
     old = parent.find_all(tag)
     if new is None:
         return [_without_line(data, element) for element in old]
     if old:
         margin = _margin(data, old[0].start)
-        replaced = _Edit(old[0].start, old[0].stop, new.replace("\n", "\n" + margin))
+        replaced = Edit(old[0].start, old[0].stop, new.replace("\n", "\n" + margin))
         return [replaced, *(_without_line(data, element) for element in old[1:])]
     outer = _margin(data, parent.start)
     inner = outer + INDENT
     block = f"{inner}{new}".replace("\n", "\n" + inner)
     if parent.end == parent.stop:  # <link name="tool0"/> is opened to hold a child
         slash = data.rindex(b"/", parent.start, parent.stop)
-        return [_Edit(slash, parent.stop, f">\n{block}\n{outer}</{parent.tag}>")]
+        return [Edit(slash, parent.stop, f">\n{block}\n{outer}</{parent.tag}>")]
     line = data.rfind(b"\n", 0, parent.end) + 1
     if data[line : parent.end].strip():
-        return [_Edit(parent.end, parent.end, f"\n{block}\n{outer}")]
-    return [_Edit(line, line, f"{block}\n")]
+        return [Edit(parent.end, parent.end, f"\n{block}\n{outer}")]
+    return [Edit(line, line, f"{block}\n")]
 
 
 def _margin(data: bytes, at: int) -> str:
@@ -115,9 +123,9 @@ def _margin(data: bytes, at: int) -> str:
     return before.decode("utf-8") if not before.strip() else ""
 
 
-def _without_line(data: bytes, element: Element) -> _Edit:
+def _without_line(data: bytes, element: Element) -> Edit:
     """The edit that removes an element, including its line where it is alone on it."""
     start = data.rfind(b"\n", 0, element.start) + 1
     stop = data.find(b"\n", element.stop) + 1
     alone = stop > 0 and not data[start : element.start].strip() and not data[element.stop : stop].strip()
-    return _Edit(start, stop, "") if alone else _Edit(element.start, element.stop, "")
+    return Edit(start, stop, "") if alone else Edit(element.start, element.stop, "")

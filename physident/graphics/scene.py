@@ -139,3 +139,14 @@ def _upright(gravity: Sequence[float]) -> Array:
     if not np.any(gravity) or np.allclose(np.asarray(gravity) / np.linalg.norm(gravity), [0, 0, -1]):
         return np.eye(3)
     return turned_to(-np.asarray(gravity)).T
+
+
+def tint(
+    rec: rr.RecordingStream, root: str, robot: Robot, start: float, colour: Sequence[int], meshes: str | Path | None
+) -> None:
+    """Give every shape of an arm that ``log_arm`` logged one colour, red to alpha (4,), from an instant [s] on."""
+    colours = np.array([colour], dtype=np.uint8)
+    for name, visuals in _by_link(arm_visuals(robot, meshes)).items():
+        for number, visual in enumerate(visuals):
+            columns = _colour_columns(visual, colours)
+            rec.send_columns(f"{root}/{name}/shape_{number}", [duration(np.array([start]))], columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +15,13 @@ from physident.graphics.plan import plan_of
 from physident.graphics.session.content import SessionContent, compose
 from physident.graphics.session.write import write_session
 from physident.graphics.viewer import open_window, serve
-from physident.recordings.recording import Recording
+from physident.recordings.load import Recordings
 from physident.robots.robot import Robot
 
 
 def view(
     models: Estimate | Sequence[Estimate] | Mapping[str, Estimate] = (),
-    recordings: Recording | Iterable[Recording] = (),
+    recordings: Recordings = (),
     diagnosis: Diagnosis | str | Path | None = None,
     to: str | Path | None = None,
     *,

@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.recordings.channels import BadRow
 from physident.recordings.preparation import prepare
-from physident.recordings.recording import BadRow, Recording
+from physident.recordings.recording import Recording
+from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter
 
 Array = NDArray[np.float64]
 BAND_SHARE = 0.99  # of a signal's power above its noise floor
 NOISE_FACTOR = 3  # noise floors: a chi-squared bin of noise rarely exceeds it
 MAX_BAD_ROWS = 20  # bad rows that are listed
+CONTRARY = 50.0  # %: no filter or delay of a few samples makes a measured velocity differ as much from the derivative of position
 MIN_REST = 0.3  # s: a shorter standstill is a reversal
 
 
@@ -22,7 +25,7 @@ MIN_REST = 0.3  # s: a shorter standstill is a reversal
 class Inspection:
     """Facts about one recording of n joints.
 
-    ``rate`` [Hz] from the median step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
+    ``rate`` [Hz] from the typical step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
     steps; ``position`` (n, 2) [rad|m] and ``effort`` (n, 2) [N m|A] ranges, ``speed`` (n,) [rad/s|m/s] maximum;
     ``velocity_error`` (n,) [%] and ``velocity_delay`` (n,) [s] of the measured velocity relative to the derivative of
     position, NaN where velocity is not measured or the joint stands still; ``rest`` the intervals [s] of standstill;
@@ -56,7 +59,7 @@ class Inspection:
 def inspect_recording(recording: Recording) -> Inspection:
     """Facts about a recording; works for currents without drive gains. Raises InputError for a recording without a contiguous part."""
     step = np.diff(recording.time)
-    rate = 1 / float(np.median(step))
+    rate = 1 / typical_step(recording.time)
     wide = Filter(cutoff=min(10.0, 0.3 * rate))
     unit = recording.with_drive_gains([1.0] * recording.n) if recording.effort_kind == "current" else recording
     signals = prepare(unit, wide)
@@ -181,7 +184,11 @@ def _verdict(i: Inspection) -> str:
     if len(i.rest) == 1 and i.rest[0][1] - i.rest[0][0] > 0.95 * i.recording.duration:
         return "verdict: no joint moves; a static pose shows only gravity and stiction, which is not enough to identify a model"
     still = [str(j + 1) for j in range(i.recording.n) if i.speed[j] < MOVING_SPEED]
-    parts = [f"suggested --cutoff {i.cutoff:g}"]
+    parts = []
+    contrary = [str(j + 1) for j in np.flatnonzero(i.velocity_error > CONTRARY)]
+    if contrary:
+        parts.append(f"dq contradicts q on joint{'s' if len(contrary) > 1 else ''} {', '.join(contrary)}")
+    parts.append(f"suggested --cutoff {i.cutoff:g}")
     if still:
         parts.append(
             f"joint{'s' if len(still) > 1 else ''} {', '.join(still)} never move{'' if len(still) > 1 else 's'}"

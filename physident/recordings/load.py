@@ -9,53 +9,103 @@ from dataclasses import replace
 from pathlib import Path
 
 from physident.errors import InputError
-from physident.recordings.formats.read import read_table
-from physident.recordings.layout import ColumnLayout
+from physident.recordings.channels import printable
+from physident.recordings.columns.layout import ColumnLayout
+from physident.recordings.columns.reading import Reading
+from physident.recordings.formats.read import is_there, parts_of, read_table
 from physident.recordings.recording import Recording
-from physident.recordings.rows import recording_from_rows
+from physident.robots.robot import Robot
+
+Recordings = Recording | str | Path | Iterable["Recordings"]
+"""What functions take as recordings: one or several, each a recording, a path or a pattern."""
 
 
 def load_recordings(
     paths: str | Path | Iterable[str | Path],
     columns: str | ColumnLayout | None = None,
     drive_gains: Sequence[float] | None = None,
+    *,
+    topic: str | None = None,
+    rate: float | None = None,
+    joints: Sequence[str] | None = None,
 ) -> list[Recording]:
     """Recordings from files or glob patterns, in sorted order for a pattern.
 
     ``columns`` declares the layout of files without the canonical header, as in
-    ``"time=0,q=1:7,dq=7:13,current=13:19"`` (zero-based, half-open). ``drive_gains`` (n,) [N m/A] turn currents into
-    joint torques. Raises InputError, naming the file, for a file that is not a recording.
+    ``"time=0,q=1:7,dq=7:13,current=13:19"`` (zero-based, half-open) or, by names, ``"time=t,q=position,tau=torque"``.
+    ``drive_gains`` (n,) [N m/A] turn currents into joint torques. ``topic`` is that of a ROS bag, ``rate`` [Hz] that of
+    rows without a clock, ``joints`` the wanted joints of a file that names them (``robot.joint_names``). Each episode of a
+    LeRobot data set, and each recording in a session, is one recording. Raises InputError, naming the file, for a file
+    that is not a recording.
     """
     patterns = [paths] if isinstance(paths, str | Path) else list(paths)
-    return [load_recording(file, columns, drive_gains) for file in find_recordings(patterns)]
+    reading = _reading(columns, topic, rate, joints)
+    return [_load(file, reading, drive_gains) for file in find_recordings(patterns)]
 
 
 def find_recordings(patterns: Iterable[str | Path]) -> list[str]:
-    """The files of paths and glob patterns, each once; raises InputError for one that matches nothing."""
+    """The files of paths and glob patterns, each once, and each part of a file that contains several recordings, PATH#K;
+    raises InputError for one that matches nothing."""
     files: list[str] = []
     for pattern in map(str, patterns):
-        found = [pattern] if os.path.exists(pattern) else sorted(filter(os.path.exists, glob.glob(pattern)))
+        try:
+            found = [pattern] if is_there(pattern) else sorted(filter(os.path.exists, glob.glob(pattern)))
+        except ValueError:
+            found = []
         if not found:
-            raise InputError(f"recording {pattern!r} not found: expected a file or a pattern that matches some")
-        files += found
+            raise InputError(
+                f"recording {printable(pattern)!r} not found: expected a file or a pattern that matches some"
+            )
+        files += [part for file in found for part in parts_of(file)]
     return list(dict.fromkeys(files))
 
 
 def load_recording(
-    path: str | Path, columns: str | ColumnLayout | None = None, drive_gains: Sequence[float] | None = None
+    path: str | Path,
+    columns: str | ColumnLayout | None = None,
+    drive_gains: Sequence[float] | None = None,
+    *,
+    topic: str | None = None,
+    rate: float | None = None,
+    joints: Sequence[str] | None = None,
 ) -> Recording:
-    """One recording from a .csv, .csv.gz or .npz file; arguments and errors as in ``load_recordings``."""
-    layout = ColumnLayout.parse(columns) if isinstance(columns, str) else columns
-    table = read_table(Path(path))
-    layout = layout or ColumnLayout.from_header(table.names, str(path))
-    layout.check_width(table.values.shape[1], str(path))
-    recording = recording_from_rows(layout.split(table.values), str(path), table.rows, table.rejected)
-    recording = replace(recording, ignored=layout.unused(table.names))
-    if drive_gains is None:
-        return recording
-    with_gains = recording.with_drive_gains(drive_gains)  # first, because it checks the gains
-    if recording.effort_kind == "torque":
+    """One recording from a file or folder, or a part of it, PATH#K; arguments and errors as in ``load_recordings``."""
+    return _load(path, _reading(columns, topic, rate, joints), drive_gains)
+
+
+def as_recordings(given: Recordings, robot: Robot, columns: str | ColumnLayout | None = None) -> list[Recording]:
+    """Recordings from what a function was given: one or several recordings, paths or patterns.
+
+    Files are read with ``columns``; recordings whose joints have names get the robot's joints in the robot's order. Raises
+    InputError for anything else, and for recordings that lack one of the robot's joints.
+    """
+    if isinstance(given, str | Path):
+        return load_recordings(given, columns, joints=robot.joint_names)
+    if isinstance(given, Recording):
+        return [given.in_order_of(robot.joint_names)]
+    try:
+        listed = list(given)
+    except TypeError:
         raise InputError(
-            f"{path}: contains torques, but drive gains are given; name its effort 'current', or leave out the gains"
+            f"recordings are {type(given).__name__}, expected recordings or paths, one or several"
+        ) from None
+    if wrong := [one for one in listed if not isinstance(one, Recording | str | Path | list | tuple)]:
+        raise InputError(
+            f"recordings contain {type(wrong[0]).__name__}, expected recordings or paths; arrays go through"
+            " Recording.from_arrays or Recording.from_frame"
         )
-    return with_gains
+    return [recording for one in listed for recording in as_recordings(one, robot, columns)]
+
+
+def _reading(
+    columns: str | ColumnLayout | None, topic: str | None, rate: float | None, joints: Sequence[str] | None
+) -> Reading:
+    reading = Reading.parse(columns) if isinstance(columns, str) else Reading(columns=columns)
+    given = {"topic": topic, "rate": rate, "joints": None if joints is None else tuple(joints)}
+    return replace(reading, **{name: value for name, value in given.items() if value is not None})
+
+
+def _load(path: str | Path, reading: Reading, drive_gains: Sequence[float] | None) -> Recording:
+    table = read_table(path, reading)
+    recording = Recording.from_table(table, reading, printable(path))
+    return recording if drive_gains is None else recording.gained(drive_gains)

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.recordings.motion_smoothing import SmoothedMotion, encoder_step, estimate_noise, smooth_motion
 from physident.recordings.recording import Recording
-from physident.recordings.rows import position_jumps
+from physident.recordings.rests import Rests, find_rests
+from physident.recordings.rows import position_jumps, typical_step
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
@@ -25,7 +27,7 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
     position split the recording into segments. Raises InputError for currents without gains, a cutoff too high for the
     rate, or no segment long enough for the filter.
     """
-    step = float(np.median(np.diff(recording.time)))
+    step = typical_step(recording.time)
     rate = filter.rate or round(1 / step, 3)
     filter.taps(rate)
     parts: list[Signals] = []
@@ -51,11 +53,22 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
         return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
 
     q = resampled(recording.q)
-    passband = PASSBAND * filter.cutoff
-    v = derivative(q, 1, rate, passband) if recording.dq is None else resampled(recording.dq)
-    a = derivative(q, 2, rate, passband) if recording.dq is None else derivative(v, 1, rate, passband)
     temperature = None if recording.temperature is None else resampled(recording.temperature)
-    return Signals(clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff)
+    dq = None if recording.dq is None else resampled(recording.dq)
+    motions = [
+        _smoothed(q[:, j], None if dq is None else dq[:, j], rate, encoder_step(recording.q[:, j]))
+        for j in range(q.shape[1])
+    ]
+    q, v, a = (np.column_stack(columns) for columns in zip(*((m.q, m.v, m.a) for m in motions), strict=True))
+    return Signals(
+        clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff,
+        velocity_std=np.array([m.v_std for m in motions]),
+        rests=tuple(find_rests(m.q, m.v, m.noise.position_range) for m in motions),
+    )  # fmt: skip
+
+
+def _smoothed(q: Array, dq: Array | None, rate: float, step: float) -> SmoothedMotion:
+    return smooth_motion(q, dq, rate, estimate_noise(q, dq, rate, step))
 
 
 def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
@@ -65,6 +78,7 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         arrays = [getattr(part, name) for part in parts]
         return None if arrays[0] is None else np.concatenate(arrays)
 
+    stds = [part.velocity_std for part in parts if part.velocity_std is not None]
     time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
     starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
     return Signals(
@@ -74,6 +88,13 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         a,
         torque=joined("torque"),
         temperature=joined("temperature"),
+        velocity_std=np.max(stds, axis=0),
+        rests=tuple(
+            Rests.joined(
+                [part.rests[j] for part in parts if part.rests is not None], [len(part.time) for part in parts]
+            )
+            for j in range(q.shape[1])
+        ),
         starts=starts,
         rate=rate,
         cutoff=parts[0].cutoff,

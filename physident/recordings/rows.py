@@ -1,4 +1,4 @@
-"""From raw rows to a recording: physically impossible rows are left out, with their number and the reason."""
+"""Which rows of raw channels are good: physically impossible ones are left out, with their number and the reason."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.layout import Channels
-from physident.recordings.recording import BadRow, Recording
+from physident.recordings.channels import BadRow, Channels
 
 Array = NDArray[np.float64]
 
@@ -21,45 +20,62 @@ MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degr
 ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}
 UNITS = {"position": "rad", "velocity": "rad/s", "effort": "N m or A", "temperature": "degrees C"}
 MAX_SPEED = 20.0  # rad/s or m/s: faster than the fastest wrist of any arm; a larger step of position is a fault
+MOST_ADDED = (
+    4.0  # samples for each row: a log that lost three of four rows still has the rate of the rows that are left
+)
 MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of bad rows
 
 
-def recording_from_rows(
+def good_rows(
     channels: Channels, source: str, rows: NDArray[np.intp] | None = None, rejected: Sequence[BadRow] = ()
-) -> Recording:
-    """A recording from raw channels: rows that are physically impossible are left out, each with its reason.
+) -> tuple[Channels, tuple[BadRow, ...]]:
+    """The channels without the rows that are physically impossible, and these rows, each with its reason.
 
     Left out are values that are missing or absurdly large, rows where the clock stands or runs backwards, and short bursts
     between impossible steps of position. ``rows`` (N,) are the rows' numbers in the file, ``rejected`` rows that could not
     be read. Raises InputError for positions in degrees, a clock in milliseconds, under two seconds of good rows, and over
     half the rows bad.
     """
-    time, q = channels.time, channels.q
+    time = channels.time
     rows = np.arange(1, len(time) + 1) if rows is None else rows
-    _refuse_degrees(q, source)
+    _refuse_degrees(channels.q, source)
     reasons = _reasons(channels)
     keep = reasons == ""
     bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
     bad.sort(key=lambda row: row.row)
     if len(bad) > (total := len(time) + len(rejected)) / 2:
         raise InputError(
-            f"{source}: {len(bad)} of {total} rows are bad (row {bad[0].row}: {bad[0].reason}); expected under half: check --columns and units"
+            f"{source}: {len(bad)} of {total} rows are bad (row {bad[0].row}: {bad[0].reason}); expected under half: check the"
+            " columns and units"
         )
     _check_clock(time[keep], source)
 
-    def kept(values: Array | None) -> Array | None:
-        return None if values is None else np.array(values[keep], dtype=float)
+    def kept(values: Array) -> Array:
+        good = np.array(values[keep], dtype=float)
+        good.setflags(write=False)
+        return good
 
-    return Recording(
-        time=np.array(time[keep], dtype=float),
-        q=np.array(q[keep], dtype=float),
-        effort=np.array(channels.effort[keep], dtype=float),
+    kept_channels = Channels(
+        time=kept(time),
+        q=kept(channels.q),
+        effort=kept(channels.effort),
         effort_kind=channels.effort_kind,
-        dq=kept(channels.dq),
-        temperature=kept(channels.temperature),
-        source=source,
-        rejected=tuple(bad),
+        dq=None if channels.dq is None else kept(channels.dq),
+        temperature=None if channels.temperature is None else kept(channels.temperature),
     )
+    return kept_channels, tuple(bad)
+
+
+def typical_step(time: Array) -> float:
+    """Step [s] of a clock (N,), N > 1: the median, or the mean where the rows cannot hold the rate of the median.
+
+    Several loggers in one file write bursts, with rows microseconds apart. Where the median step would put more than
+    ``MOST_ADDED`` samples in the place of one row, it is that of the bursts, so the mean of all steps that are no gap counts.
+    """
+    steps = np.diff(time)
+    median = float(np.median(steps))
+    connected = steps[steps <= max(MAX_STEP, 5 * median)]
+    return median if connected.mean() <= MOST_ADDED * median else float(connected.mean())
 
 
 def _reasons(channels: Channels) -> NDArray[np.object_]:
@@ -90,7 +106,7 @@ def _refuse_degrees(q: Array, source: str) -> None:
         joint = int(np.argmax(np.median(wide, axis=0))) + 1
         value = np.median(wide[:, joint - 1])
         raise InputError(
-            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians: convert degrees"
+            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians of the joints: convert degrees, or divide the positions of motors by their gear ratios"
         )
 
 
@@ -100,7 +116,7 @@ def _check_clock(time: Array, source: str) -> None:
         raise InputError(
             f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?"
         )
-    step = float(np.median(np.diff(time)))
+    step = typical_step(time)
     if step > MAX_STEP:
         raise InputError(
             f"{source}: rows are {step:.4g} s apart, expected at most {MAX_STEP} s: is the clock in milliseconds? convert to seconds"
@@ -131,7 +147,7 @@ def position_jumps(time: Array, q: Array) -> NDArray[np.intp]:
     if len(time) < 2:
         return np.empty(0, dtype=np.intp)
     step = np.diff(time)
-    allowed = MAX_SPEED * np.maximum(step, np.median(step))
+    allowed = MAX_SPEED * np.maximum(step, typical_step(time))
     return np.flatnonzero((np.abs(np.diff(q, axis=0)) > allowed[:, None]).any(axis=1)) + 1
 
 

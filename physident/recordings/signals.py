@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.recordings.rests import Rests
 
 Array = NDArray[np.float64]
 MAX_RATE = 1e5  # Hz, faster than any controller
@@ -24,7 +25,7 @@ class Filter:
     """A linear-phase FIR low-pass and the decimation after it; torque and every regressor column pass the same one.
 
     ``cutoff`` [Hz] is where the gain is one half; ``rate`` [Hz] is the uniform clock recordings are resampled to, None
-    for the recording's own rate (from the median step of its clock).
+    for the recording's own rate (from the typical step of its clock).
     """
 
     cutoff: float = 5.0
@@ -107,6 +108,10 @@ class Signals:
     ``temperature`` (N, n) [degC] or None; ``starts`` the first sample of each segment; ``rate`` [Hz]; ``cutoff`` [Hz] of
     the filter that they will pass; ``origin`` [s] the recording's first time and ``recording`` its hash.
 
+    Of the sign of each joint's velocity: ``velocity_std`` (n,) [rad/s|m/s] is the standard deviation of ``v``, None where ``v``
+    is exact; ``rests`` when each joint rests; ``transition`` (n,) [rad/s|m/s] the width over which the arm's own friction turns, None
+    where it is dry.
+
     ``Model.refer`` adds the torques that a model predicts for the motion, which the columns of some effects depend on:
     ``links`` (10 n,) its link parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) the torque
     of all but the measurement effects.
@@ -124,6 +129,9 @@ class Signals:
     source: str = "signals"
     origin: float = 0.0
     recording: str = ""
+    velocity_std: Array | None = None
+    rests: tuple[Rests, ...] | None = None
+    transition: Array | None = None
     links: Array | None = None
     load: Array | None = None
     motor: Array | None = None
@@ -171,5 +179,6 @@ class Signals:
         return replace(
             self, time=self.time[samples], q=self.q[samples], v=self.v[samples], a=self.a[samples],
             torque=cut(self.torque), temperature=cut(self.temperature), load=cut(self.load), motor=cut(self.motor),
+            rests=None if self.rests is None else tuple(one.part(samples.start, samples.stop) for one in self.rests),
             starts=(0,),
         )  # fmt: skip

@@ -8,6 +8,7 @@ from pathlib import Path
 from physident.diagnosis.result.findings import UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.errors import InputError
+from physident.recordings.formats.read import is_there
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 
@@ -30,7 +31,7 @@ def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
     status = "not found"
     for place in _places(c, used.path):
         try:
-            recording = load_recording(place, c.layout)
+            recording = load_recording(place, c.layout, joints=c.model.robot.joint_names)
         except (InputError, OSError, ValueError) as error:
             status = f"cannot be read again: {error}"
             continue
@@ -41,9 +42,9 @@ def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
 
 
 def _places(c: DiagnosisRecord, path: str) -> list[Path]:
-    """The plain files that a path may mean, each once."""
+    """The files and folders that a path may mean, each once."""
     places = [Path(path)] if c.path is None else [Path(path), c.path.parent / path]
     try:
-        return list({place.resolve(): place for place in places if place.is_file()}.values())
+        return list({place.resolve(): place for place in places if is_there(place)}.values())
     except (OSError, ValueError):  # a path that no file can have
         return []

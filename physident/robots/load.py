@@ -1,80 +1,156 @@
-"""Robots from a built-in name, a URDF file or a DH table."""
+"""Robots from a built-in name, a URDF, xacro or MuJoCo file, or a DH table."""
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Sequence
-from importlib import resources
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from physident.errors import InputError, warn
-from physident.files import read_text
 from physident.robots.dh import urdf_from_table
 from physident.robots.dh_table import parse_table
+from physident.robots.drives import Drive
 from physident.robots.inertia import violations
-from physident.robots.robot import STANDARD_GRAVITY, Drive, Robot, checked_gravity
-from physident.robots.urdf import MAX_BYTES, robot_name
+from physident.robots.joint_selection import JointSelection, select_joints
+from physident.robots.mjcf import read_mjcf
+from physident.robots.robot import STANDARD_GRAVITY, Origin, Robot, checked_gravity
+from physident.robots.sources import RobotSource, find_description
+from physident.robots.urdf import MOVING, parse_urdf
+from physident.robots.urdf_numbers import parse_plain
 
-BUILT_IN = ("ur5",)
 
+def load_robot(
+    source: str | Path,
+    gravity: Sequence[float] | None = None,
+    *,
+    joints: str | Sequence[str] | Set[str] | None = None,
+    lock: Mapping[str, float] | None = None,
+    tool: str | None = None,
+) -> Robot:
+    """A robot from a built-in name ("ur5", "ur10e"), a URDF or xacro file, a MuJoCo model, or a DH table (.toml).
 
-def load_robot(source: str | Path, gravity: Sequence[float] | None = None) -> Robot:
-    """A robot from a built-in name ("ur5"), a URDF file (.urdf, .xml) or a DH table (.toml).
+    ``gravity`` (3,) [m/s^2] in the base frame replaces the description's, for an arm that is not mounted upright. ``joints``
+    picks the joints that move, by name or pattern such as "panda_joint*" and in this order (a set has the description's); the others are fixed where
+    ``lock`` puts them ([rad|m] by joint name), or else at zero. Without ``joints``, grippers whose fingers mimic each other
+    and floating bases are fixed. ``tool`` names the link that is the tool frame. Meshes are not needed for a URDF.
 
-    ``gravity`` (3,) [m/s^2] in the base frame replaces the standard one, for an arm that is not mounted upright.
-    Meshes are not needed. Warns about links that are not rigid bodies; raises InputError for a file that is missing or
-    malformed, a floating base, no joints, or a mass that is negative or not finite.
+    Warns about links that are not rigid bodies or have no mass. Raises InputError for a file that is missing or malformed,
+    joints that are unknown or not from base to tip, too many joints, and a mass that is negative or not finite.
     """
-    text, label = _read(source)
-    is_table = label.endswith(".toml")
-    if is_table:
-        table = parse_table(text, label)
-        robot = _from_table(table, label, gravity)
-    else:
-        robot = Robot(
-            name=robot_name(text, label), urdf=text, gravity=checked_gravity(gravity or STANDARD_GRAVITY), source=label
-        )
+    found = find_description(source)
+    chosen = [name.strip() for name in joints.split(",") if name.strip()] if isinstance(joints, str) else joints
+    chosen = found.joints if chosen is None and lock is None else chosen
+    options: dict[str, Any] = {"joints": chosen, "lock": lock}
+    make = {"urdf": _from_urdf, "dh": _from_table, "mjcf": _from_mjcf}[found.format]
+    robot = make(found, gravity, tool, options)
+    if robot.locked and joints is None and lock is None:
+        warn(f"{found.label}: locked: {robot.locked_text()}")
     for message in unphysical_links(robot):
-        warn(f"{label}: {message}")
+        warn(f"{found.label}: {message}")
     return robot
 
 
 def unphysical_links(robot: Robot) -> list[str]:
-    """One sentence for each link whose nominal inertia is not that of a rigid body: the link and the violated condition."""
-    return [
-        f"link {i} ({joint.name}): {'; '.join(violated)}"
-        for i, joint in enumerate(robot.joints, 1)
-        if (violated := violations(robot.link(i))) and robot.link(i).any()
-    ]
+    """One sentence for each link whose nominal inertia is not that of a rigid body: the link and the violated condition,
+    or the links of the description that have no inertial element."""
+    messages, massless = [], []
+    for i, joint in enumerate(robot.joints, 1):
+        if not robot.link(i).any():
+            massless.append(f"{joint.name} ({', '.join(_moved_with(robot, joint.name))})")
+        elif violated := violations(robot.link(i)):
+            messages.append(f"link {i} ({joint.name}): {'; '.join(violated)}")
+    # MuJoCo refuses a moving body without mass: links without one are between the joints of one body
+    if massless and not (robot.origin is not None and robot.origin.format == "mjcf"):
+        messages.append(
+            f"no inertial element with a mass on the links moved by {', '.join(massless)}: they weigh nothing"
+        )
+    return messages
 
 
-def _from_table(table: dict[str, Any], label: str, gravity: Sequence[float] | None) -> Robot:
-    joints = table["joints"]
+def _moved_with(robot: Robot, joint: str) -> list[str]:
+    """The links that move with a joint and no later one."""
+    below = robot.description.joints_below
+    found = [one.child for one in robot.description.joints if one.name == joint]
+    for link in found:
+        found.extend(one.child for one in below[link] if one.kind not in MOVING)
+    return found
+
+
+def _from_urdf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
+    name = parse_urdf(found.text, found.label).get("name") or "robot"
+    selection = select_joints(found.text, found.label, **options)
+    return _robot(name, found, selection, gravity or STANDARD_GRAVITY, tool)
+
+
+def _from_mjcf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
+    assert found.path is not None
+    described = read_mjcf(found.path)
+    selection = select_joints(described.urdf, found.label, **options, rest=described.rest)
+    robot = _robot(Path(found.path).stem or "robot", found, selection, gravity or described.gravity, tool)
+    if described.left_out:
+        warn(f"{found.label}: not part of the model: {'; '.join(described.left_out)}")
+    bodies = tuple(described.bodies[name] for name in robot.joint_names)
+    return replace(
+        robot,
+        joint_dynamics=tuple(described.dynamics[name] for name in robot.joint_names),
+        origin=Origin(format="mjcf", path=found.path, bodies=bodies),
+    )
+
+
+def _from_table(
+    found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]
+) -> Robot:
+    table = parse_table(found.text, found.label)
+    selection = select_joints(urdf_from_table(table), found.label, **options)
+    mounted = gravity or table.get("gravity", STANDARD_GRAVITY)
+    robot = _robot(table.get("name", "robot"), found, selection, mounted, tool)
+    rows = {joint.get("name", f"joint_{number}"): joint for number, joint in enumerate(table["joints"], 1)}
+    moving = [rows[name] for name in robot.joint_names]
     drives = tuple(
         Drive(**joint["drive"] | {"motor_friction": tuple(joint["drive"]["motor_friction"])})
-        for joint in joints
+        for joint in moving
         if "drive" in joint
     )
-    return Robot(
-        name=table.get("name", "robot"),
-        urdf=urdf_from_table(table),
-        gravity=checked_gravity(gravity or table.get("gravity", STANDARD_GRAVITY)),
+    return replace(
+        robot,
         drives=drives or None,
-        acceleration_limit=tuple(joint.get("acceleration_limit", math.inf) for joint in joints),
+        acceleration_limit=tuple(joint.get("acceleration_limit", math.inf) for joint in moving),
         tool_speed_limit=table.get("tool_speed_limit"),
-        source=label,
     )
 
 
-def _read(source: str | Path) -> tuple[str, str]:
-    if str(source) in BUILT_IN:
-        name = f"{source}.toml"
-        return resources.files("physident").joinpath("robots", name).read_text(encoding="utf-8"), name
-    if not os.path.isfile(source):
-        names = ", ".join(BUILT_IN)
+def _robot(
+    name: str, found: RobotSource, selection: JointSelection, gravity: Sequence[float], tool: str | None
+) -> Robot:
+    return Robot(
+        name=name,
+        urdf=selection.urdf,
+        gravity=checked_gravity(gravity),
+        source=found.label,
+        joint_order=selection.order,
+        tool_frame=tool,
+        locked=selection.locked,
+        origin=Origin(format=found.format, path=found.path),
+    )
+
+
+def parse_locks(entries: Sequence[str]) -> dict[str, float]:
+    """Positions [rad|m] by joint name of texts such as "finger_joint1=0.02"; raises InputError for any other text."""
+    result: dict[str, float] = {}
+    for entry in (part for text in entries for part in text.split(",") if part.strip()):
+        name, equals, text = (part.strip() for part in entry.partition("="))
+        value = parse_plain(text)
+        if not name or not equals or not math.isfinite(value):
+            raise InputError(
+                f"lock: {entry.strip()!r}, expected a joint and its position [rad|m], as finger_joint1=0.02"
+            )
+        if name in result:
+            raise InputError(f"lock: joint {name!r} is given twice, expected each joint once")
+        result[name] = value
+    if not result:
         raise InputError(
-            f"robot {str(source)!r} not found: expected a .urdf or .toml file, or a built-in name ({names})"
+            f"lock: {', '.join(map(repr, entries))}, expected a joint and its position, as finger_joint1=0.02"
         )
-    return read_text(source, MAX_BYTES, "a URDF or a DH table"), Path(source).name
+    return result

@@ -6,18 +6,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.robots.dh_table import DRIVE, LARGEST
-from physident.robots.urdf import pinocchio_model
+from physident.json_records import RecordReader
+from physident.robots.drives import Drive, JointDynamics
+from physident.robots.joint_selection import LockedJoint
+from physident.robots.kinematic_tree import pinocchio_model, tool_position
+from physident.robots.urdf import Description, read_description
 
 Array = NDArray[np.float64]
 MAX_GRAVITY = 1e3  # m/s^2
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+SHOWN = 8  # locked joints that are printed
+READER = RecordReader("expected a robot as this program writes it")
 
 
 @dataclass(frozen=True)
@@ -36,21 +41,16 @@ class Joint:
     translation: Array
 
 
-@dataclass(frozen=True)
-class Drive:
-    """One joint's motor and gear: ratio G [-], torque constant [N m/A], rotor inertia [kg m^2] and the motor's Coulomb
-    friction in either direction [N m], on the motor's side (thesis Table 2.5)."""
+@dataclass(frozen=True, kw_only=True)
+class Origin:
+    """Where a robot's description comes from: the format and, unless it is built in, the path as it was given.
 
-    gear_ratio: float
-    torque_constant: float
-    motor_inertia: float
-    motor_friction: tuple[float, float]
+    ``bodies`` (n,) are the names of the MuJoCo bodies that the joints move; empty for other formats.
+    """
 
-    def __post_init__(self) -> None:
-        for name, size in DRIVE.items():
-            values = np.asarray(getattr(self, name))
-            if values.dtype.kind not in "if" or values.size != max(size, 1) or not (np.abs(values) <= LARGEST).all():
-                raise InputError(f"drive: {name} is {getattr(self, name)!r}, expected {max(size, 1)} finite numbers")
+    format: Literal["urdf", "dh", "mjcf"]
+    path: str | None = None
+    bodies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,10 @@ class Robot:
 
     ``urdf`` is the text itself; ``gravity`` (3,) [m/s^2] in the base frame. ``nominal`` (10 n,) are the links' parameters
     in Pinocchio's order; ``lower``, ``upper`` [rad|m], ``velocity_limit`` [rad/s|m/s], ``acceleration_limit``
-    [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite for a joint without a limit. ``tool`` (3,) [m] is the
-    origin of the last fixed frame, in the frame of joint n.
+    [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite for a joint without a limit. ``joint_order`` names the
+    joints in another order than the description's. ``tool`` (3,) [m] is the origin of the link ``tool_frame``, or of the
+    last link fixed to joint n, in the frame of joint n. ``locked`` are joints that the file lets move and ``urdf`` fixes;
+    ``joint_dynamics`` (n,) is what a simulator adds at each joint, for a description that is a simulation.
     """
 
     name: str
@@ -70,6 +72,11 @@ class Robot:
     acceleration_limit: tuple[float, ...] | None = None
     tool_speed_limit: float | None = None
     source: str = "URDF"
+    joint_order: tuple[str, ...] | None = None
+    tool_frame: str | None = None
+    locked: tuple[LockedJoint, ...] = ()
+    joint_dynamics: tuple[JointDynamics, ...] | None = None
+    origin: Origin | None = None
     joints: tuple[Joint, ...] = field(init=False)
     nominal: Array = field(init=False)
     lower: Array = field(init=False)
@@ -90,13 +97,15 @@ class Robot:
             "upper": np.where(np.isfinite(model.upperPositionLimit), model.upperPositionLimit, math.inf),
             "velocity_limit": _limit(model.velocityLimit),
             "torque_limit": _limit(model.effortLimit),
-            "tool": _tool(model),
+            "tool": tool_position(
+                self.description, model, self.source, self.tool_frame, {joint.name for joint in self.locked}
+            ),
         }
         for key, value in values.items():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
             object.__setattr__(self, key, value)
-        for name in ("drives", "acceleration_limit"):
+        for name in ("drives", "acceleration_limit", "joint_dynamics"):
             entries = getattr(self, name)
             if entries is not None and len(entries) != self.n:
                 raise InputError(f"{self.source}: {name} has {len(entries)} entries, expected {self.n}, one a joint")
@@ -112,9 +121,54 @@ class Robot:
         return tuple(joint.name for joint in self.joints)
 
     @cached_property
+    def description(self) -> Description:
+        """Links and joints as ``urdf`` states them, each number read once."""
+        return read_description(self.urdf, self.source)
+
+    @property
+    def rotor_inertia(self) -> Array:
+        """Described rotor inertia (n,) [kg m^2|kg] at the joints: G^2 Jm of the drives, or the simulator's armature."""
+        if self.joint_dynamics is not None:
+            return np.array([one.armature for one in self.joint_dynamics])
+        return np.array([d.gear_ratio**2 * d.motor_inertia for d in self.drives or ()] or np.zeros(self.n))
+
+    @property
+    def dry_friction(self) -> Array:
+        """Described dry friction (n,) [N m|N] at the joints: of the drives, mean of both directions, or the simulator's."""
+        if self.joint_dynamics is not None:
+            return np.array([one.friction for one in self.joint_dynamics])
+        forces = [d.gear_ratio * (d.motor_friction[0] - d.motor_friction[1]) / 2 for d in self.drives or ()]
+        return np.array(forces or np.zeros(self.n))
+
+    @property
+    def friction_lead(self) -> Array:
+        """Time (n,) [s] by which a simulator's dry friction leads the velocity, zero where none is described."""
+        return np.array([one.friction_lead for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
+    def friction_width(self) -> Array:
+        """Speed (n,) [rad/s|m/s] at which a simulator's dry friction has its full size, zero where none is described."""
+        return np.array([one.friction_width for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
+    def damping(self) -> Array:
+        """Described damping (n,) [N m s/rad|N s/m] of the joints, zero where none is described."""
+        return np.array([one.damping for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
+    def spring_stiffness(self) -> Array:
+        """Described stiffness (n,) [N m/rad|N/m] of a spring at each joint, zero where none is described."""
+        return np.array([one.stiffness for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
+    def spring_offset(self) -> Array:
+        """Torque (n,) [N m|N] that holds each joint at zero against its described spring."""
+        return np.array([-d.stiffness * d.spring_position for d in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @cached_property
     def pinocchio(self) -> Any:
         """The Pinocchio model of this robot, without armature (rotor inertia is an effect) and with its gravity."""
-        model = pinocchio_model(self.urdf, self.source)
+        model = pinocchio_model(self.description, self.source, self.joint_order)
         model.gravity.linear = np.array(self.gravity, dtype=float)
         return model
 
@@ -123,12 +177,19 @@ class Robot:
         return self.nominal[10 * (number - 1) : 10 * number]
 
     def as_dict(self) -> dict[str, Any]:
-        """The whole robot as plain numbers and texts for JSON."""
+        """The whole robot as plain numbers and texts for JSON; what loading chose is left out where it chose nothing."""
         drives = (
             None
             if self.drives is None
             else [vars(drive) | {"motor_friction": list(drive.motor_friction)} for drive in self.drives]
         )
+        chosen = {
+            "joint_order": self.joint_order and list(self.joint_order),
+            "tool_frame": self.tool_frame,
+            "locked": [vars(joint) for joint in self.locked],
+            "joint_dynamics": self.joint_dynamics and [vars(one) for one in self.joint_dynamics],
+            "origin": self.origin and vars(self.origin) | {"bodies": list(self.origin.bodies)},
+        }
         return {
             "name": self.name,
             "gravity": list(self.gravity),
@@ -138,6 +199,7 @@ class Robot:
             "tool_speed_limit": self.tool_speed_limit,
             "source": self.source,
             "urdf": self.urdf,
+            **{name: value for name, value in chosen.items() if value},
         }
 
     @staticmethod
@@ -149,7 +211,8 @@ class Robot:
         limit = data["acceleration_limit"] and tuple(
             math.inf if one is None else float(one) for one in data["acceleration_limit"]
         )
-        return Robot(**data | {"gravity": tuple(data["gravity"]), "drives": drives, "acceleration_limit": limit})
+        read = {name: READER.read(kind, data.get(name, default), name) for name, (kind, default) in ENTRIES.items()}
+        return Robot(**data | read | {"gravity": tuple(data["gravity"]), "drives": drives, "acceleration_limit": limit})
 
     def __repr__(self) -> str:
         rows = [f"Robot {self.name}: {self.n} joints, gravity {list(self.gravity)} m/s^2"]
@@ -157,7 +220,14 @@ class Robot:
             f"  {i} {joint.name:<24} {joint.kind:<9} {self.link(i)[0]:8.3f} kg"
             for i, joint in enumerate(self.joints, 1)
         ]
+        if self.locked:
+            rows.append(f"  locked: {self.locked_text()}")
         return "\n".join(rows)
+
+    def locked_text(self) -> str:
+        """What was locked, in one line."""
+        more = f", and {len(self.locked) - SHOWN} more" if len(self.locked) > SHOWN else ""
+        return ", ".join(map(repr, self.locked[:SHOWN])) + more
 
 
 def checked_gravity(values: Sequence[float]) -> tuple[float, float, float]:
@@ -170,12 +240,6 @@ def checked_gravity(values: Sequence[float]) -> tuple[float, float, float]:
 
 def _limit(values: Array) -> Array:
     return np.where((values > 0) & np.isfinite(values), values, math.inf)
-
-
-def _tool(model: Any) -> Array:
-    """Position (3,) [m] of the tool in the last joint's frame: the origin of the last link that is fixed to it."""
-    last = [frame for frame in model.frames if frame.parentJoint == model.njoints - 1]
-    return last[-1].placement.translation.copy()
 
 
 def _joint(model: Any, index: int) -> Joint:
@@ -198,3 +262,13 @@ def _motion_subspace(model: Any, index: int) -> Array:
 
     J = pinocchio.computeJointJacobian(model, model.createData(), pinocchio.neutral(model), index)
     return J.reshape(6, -1)[:, model.idx_vs[index]]  # of one joint, Pinocchio gives a vector
+
+
+# entries of a saved robot that older files lack: their type, and what they are there
+ENTRIES: dict[str, tuple[Any, Any]] = {
+    "joint_order": (tuple[str, ...] | None, None),
+    "tool_frame": (str | None, None),
+    "locked": (tuple[LockedJoint, ...], []),
+    "joint_dynamics": (tuple[JointDynamics, ...] | None, None),
+    "origin": (Origin | None, None),
+}

@@ -11,10 +11,10 @@ import numpy as np
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.excitation.motion.motion import Motion
+from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.formats.table import Table
-from physident.recordings.layout import ColumnLayout
-from physident.recordings.recording import Recording
-from physident.recordings.rows import MIN_DURATION, recording_from_rows
+from physident.recordings.recording import Recording, recording_from_rows
+from physident.recordings.rows import MIN_DURATION
 from physident.recordings.signals import Signals
 from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate

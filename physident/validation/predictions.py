@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import Predictions, predictions_of
-from physident.recordings.recording import Recording
+from physident.recordings.load import Recordings, as_recordings
 
 
-def predict(estimate: Estimate, recordings: Sequence[Recording]) -> Predictions:
-    """The predictions of a model for recordings, through the model's filter.
+def predict(estimate: Estimate, recordings: Recordings) -> Predictions:
+    """The predictions of a model for one or several recordings, paths or patterns, through the model's filter.
 
     Currents without drive gains take those of the model. Raises InputError for recordings that do not fit the robot,
     and for one that moves for less time than the filter lasts.
     """
-    converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in recordings]
-    return predictions_of(
-        estimate.model, prepare_all(estimate.model.robot, converted, estimate.filter), estimate.filter
-    )
+    robot = estimate.model.robot
+    given = as_recordings(recordings, robot, estimate.layout)
+    converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in given]
+    return predictions_of(estimate.model, prepare_all(robot, converted, estimate.filter), estimate.filter)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
 from physident.threads import one_thread
 from physident.validation.predictions import Predictions, predict
@@ -22,14 +23,20 @@ Array = NDArray[np.float64]
 class Score:
     """How well a model predicts some recordings, after the filter, over their moving part.
 
-    ``rms`` (n,) [N m|N] of the residual over all recordings; ``each`` (R, n) [%] relative error of each recording,
-    100 |measured - predicted| / |measured|, and ``relative`` (n,) [%] its mean over the recordings; ``cutoff`` [Hz] of
-    the filter; ``share`` of the recordings' duration that was scored.
+    A relative error is 100 |measured - predicted| / |measured| [%], the mean over the recordings. ``relative`` (n,) counts
+    rows whose filter window holds no rest of that joint, which are ``moving_share`` (n,) of all; it is NaN where there are
+    none. ``relative_all`` (n,) counts all rows, with the friction of a joint at rest at its best value inside its band, and
+    ``each`` (R, n) is that of each recording; ``rest_outside`` (n,) [%] of the samples at rest lie beyond that band. ``rms``
+    (n,) [N m|N] is that of all rows. ``cutoff`` [Hz] is that of the filter, ``share`` that of the recordings' duration which
+    was scored.
     """
 
     joints: tuple[str, ...]
     rms: Array
     relative: Array
+    moving_share: Array
+    relative_all: Array
+    rest_outside: Array
     each: Array
     cutoff: float
     share: float
@@ -40,8 +47,11 @@ class Score:
         return {
             "joints": list(self.joints),
             "rms": self.rms.tolist(),
-            "relative_percent": self.relative.tolist(),
+            "relative_percent": [None if np.isnan(x) else float(x) for x in self.relative],
+            "moving_share": self.moving_share.tolist(),
+            "relative_percent_all": self.relative_all.tolist(),
             "relative_percent_each": self.each.tolist(),
+            "rest_outside_percent": self.rest_outside.tolist(),
             "cutoff": self.cutoff,
             "share_scored": self.share,
             "recordings": list(self.recordings),
@@ -50,11 +60,11 @@ class Score:
     def __repr__(self) -> str:
         rows = [
             f"{recording_count(len(self.recordings))}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored",
-            "joint                        rms [N m]  error %   100 |measured - predicted| / |measured|",
+            "joint                        rms [N m]  error %  in motion  of rows   100 |measured - predicted| / |measured|",
         ]
         rows += [
-            f"{j:5d} {name:<22} {rms:9.4g}  {percent:7.2f}"
-            for j, (name, rms, percent) in enumerate(zip(self.joints, self.rms, self.relative, strict=True), 1)
+            f"{j + 1:5d} {name:<22} {self.rms[j]:9.4g}  {self.relative_all[j]:7.2f}  {_or_dash(self.relative[j]):>9} {self.moving_share[j]:7.0%}"
+            for j, name in enumerate(self.joints)
         ]
         return "\n".join(rows)
 
@@ -87,7 +97,7 @@ class Gain:
         ]
         for j, name in enumerate(b.joints):
             rows.append(
-                f"{j + 1:5d} {name:<22} {b.rms[j]:16.4g} {a.rms[j]:8.4g} {b.relative[j]:15.2f} {a.relative[j]:6.2f} {self.reduction[j]:14.1f}"
+                f"{j + 1:5d} {name:<22} {b.rms[j]:16.4g} {a.rms[j]:8.4g} {b.relative_all[j]:15.2f} {a.relative_all[j]:6.2f} {self.reduction[j]:14.1f}"
             )
         total = 100 * (1 - np.linalg.norm(a.rms / b.rms) / np.sqrt(len(b.rms)))
         verdict = (
@@ -97,25 +107,35 @@ class Gain:
 
 
 @one_thread
-def validate(estimate: Estimate, recordings: Sequence[Recording], include_fitted: bool = False) -> Score:
+def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = False) -> Score:
     """Score of a model on recordings, with the model's filter; raises InputError for recordings it was fitted to.
 
-    Currents without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
+    ``recordings`` are one or several recordings, paths or patterns; files are read with the model's layout. Currents
+    without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
     """
+    recordings = as_recordings(recordings, estimate.model.robot, estimate.layout)
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
-        _refuse_fitted(estimate, recordings)
+        refuse_fitted(estimate, recordings)
     return _score(estimate, recordings, predict(estimate, recordings))
 
 
 def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Predictions) -> Score:
-    each = np.array([_relative(predictions, predictions.recording == index) for index in range(len(recordings))])
+    every = np.ones_like(predictions.counted)
+    each = np.array([_relative(predictions, predictions.recording == index, every) for index in range(len(recordings))])
+    moving = np.array(
+        [_relative(predictions, predictions.recording == index, predictions.moving) for index in range(len(recordings))]
+    )
+    seen = ~np.isnan(moving)
     total = sum(recording.duration for recording in recordings)
     return Score(
         joints=estimate.model.robot.joint_names,
         rms=predictions.rms,
-        relative=each.mean(axis=0),
+        relative=np.where(seen.any(axis=0), np.nansum(moving, axis=0) / np.maximum(seen.sum(axis=0), 1), np.nan),
+        moving_share=predictions.moving.sum(axis=0) / np.maximum(predictions.counted.sum(axis=0), 1),
+        relative_all=each.mean(axis=0),
+        rest_outside=100 * predictions.rest_outside,
         each=each,
         cutoff=estimate.filter.cutoff,
         share=min(1.0, len(predictions.time) / predictions.rate / total),
@@ -124,7 +144,7 @@ def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Pre
 
 
 @one_thread
-def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_fitted: bool = False) -> Gain:
+def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: bool = False) -> Gain:
     """The gain of one model over another on recordings that neither was fitted to, both through the same filter.
 
     Raises InputError as ``validate`` does, and for models of different joints or filters.
@@ -137,23 +157,32 @@ def compare(before: Estimate, after: Estimate, on: Sequence[Recording], include_
         raise InputError(
             f"the models have {before.model.robot.n} and {after.model.robot.n} joints; expected the same robot"
         )
+    on = as_recordings(on, before.model.robot, before.layout)
     if not include_fitted:
-        _refuse_fitted(before, on)
-        _refuse_fitted(after, on)
+        refuse_fitted(before, on)
+        refuse_fitted(after, on)
     first, second = predict(before, on), predict(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))
 
 
-def _relative(predictions: Predictions, rows: NDArray[np.bool_]) -> Array:
-    size = np.linalg.norm(predictions.measured[rows], axis=0)
-    if (size == 0).any():
-        joint = int(np.argmin(size)) + 1
-        raise InputError(f"joint {joint}: the measured torque is zero throughout; expected a torque to compare with")
-    return 100 * np.linalg.norm(predictions.residual[rows], axis=0) / size
+def _relative(predictions: Predictions, rows: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> Array:
+    """Relative error (n,) [%] over some rows (M,), of which only the ``chosen`` (M, n) count; NaN where there are none."""
+    if (joint := np.flatnonzero(~predictions.measured[rows].any(axis=0))).size:
+        raise InputError(
+            f"joint {joint[0] + 1}: the measured torque is zero throughout; expected a torque to compare with"
+        )
+    size = np.linalg.norm(predictions.measured[rows] * chosen[rows], axis=0)
+    error = np.linalg.norm(predictions.residual[rows] * chosen[rows], axis=0)
+    return np.where(size > 0, 100 * error / np.where(size > 0, size, 1.0), np.nan)
 
 
-def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+def _or_dash(percent: float) -> str:
+    return "-" if np.isnan(percent) else f"{percent:.2f}"
+
+
+def refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+    """Raises InputError for a recording that the model was fitted to."""
     fitted = {source.sha256: source.path for source in estimate.sources}
     for recording in recordings:
         if recording.sha256 in fitted:

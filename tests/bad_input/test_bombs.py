@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import gzip
+import io
+import struct
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+from scipy.io import savemat
 
 from tests.bad_input.good import GOOD, HEADER
 from tests.bad_input.one_line_error import assert_one_line, command
@@ -55,11 +61,32 @@ def sparse(path: Path) -> None:
         stream.truncate(8 << 30)
 
 
+def parquet_bomb(path: Path) -> None:
+    """Lists of 110,000,000 equal numbers, each of which takes no room."""
+    lists = pa.table({"q": pa.FixedSizeListArray.from_arrays(np.zeros(10_000_000), 1_000_000)})
+    with pq.ParquetWriter(path, lists.schema) as writer:
+        for _ in range(11):
+            writer.write_table(lists)
+
+
+def mat_bomb(path: Path) -> None:
+    """A compressed struct of eight numbers, followed by a gigabyte of zeros."""
+    buffer = io.BytesIO()
+    savemat(buffer, {"run": {"q": np.zeros(8)}})
+    head, element = buffer.getvalue()[:128], buffer.getvalue()[128:]
+    packer = zlib.compressobj(1)
+    content = packer.compress(struct.pack("<II", 14, len(element) - 8 + (1000 << 20)) + element[8:])
+    content += b"".join(packer.compress(bytes(1 << 20)) for _ in range(1000)) + packer.flush()
+    path.write_bytes(head + struct.pack("<II", 15, len(content)) + content)
+
+
 BOMBS: dict[str, tuple[str, Callable[[Path], Any], str]] = {
     "gz bomb": ("r.csv.gz", gz_bomb, "more than 100000000 numbers|too large"),
     "gz bomb of broken rows": ("r.csv.gz", gz_broken_rows, "over 100000 rows"),
     "one line of a gigabyte": ("r.csv.gz", gz_line, "first line is longer"),
     "second line of a gigabyte": ("r.csv.gz", second_line, "a line is longer"),
+    "parquet bomb": ("r.parquet", parquet_bomb, "more than 100000000 numbers"),
+    "mat bomb": ("r.mat", mat_bomb, "more than 100000000 numbers"),
     "zip bomb": ("r.npz", zip_bomb, "unpacks to more"),
     "huge file of zeros": ("r.csv", sparse, "not a text file"),
     "huge model": ("m.json", sparse, "bytes"),

@@ -15,10 +15,14 @@ MASS = '<mass value="2"/>'
 EDITS: dict[str, tuple[str, str, str]] = {
     # name of the case: what is replaced where it first stands, by what, what the line must say
     "xacro": ('value="2"', 'value="${m}"', r"mass is \$\{m\}.*xacro"),
-    "floating base": ("revolute", "floating", "floating"),
-    "planar": ("revolute", "planar", "planar"),
+    "ball joint": ("revolute", "ball", "'ball', expected revolute"),
     "no type": ('type="revolute"', "", "joint 'one'"),
-    "mimic": ("</joint>", '<mimic joint="two"/></joint>', "mimics"),
+    "mimic with other digits": (
+        "</joint>",
+        '<mimic joint="two" multiplier="٢"/></joint>',
+        "mimics another.*plain digits",
+    ),
+    "only coupled joints": ("</joint>", '<mimic joint="two"/></joint>', "every joint is locked or mimics another"),
     "negative mass": (MASS, '<mass value="-2"/>', "link 'upper': mass is -2"),
     "NaN mass": (MASS, '<mass value="nan"/>', "mass is nan"),
     "infinite mass": (MASS, '<mass value="1e999"/>', "mass is 1e999"),
@@ -27,6 +31,7 @@ EDITS: dict[str, tuple[str, str, str]] = {
     "text inertia": ('ixx="0.02"', 'ixx="big"', "ixx is big"),
     "missing inertia": ('izz="0.002"', "", "izz is missing"),
     "NaN origin": ('xyz="0 0 0.4"', 'xyz="0 nan 0"', "three finite numbers"),
+    "Arabic mass": (MASS, '<mass value="٢"/>', "mass is ٢, expected a finite number in plain digits"),
     "comma origin": ('xyz="0 0 0.4"', 'xyz="0,0,0.4"', "three finite numbers"),
     "zero axis": ('axis xyz="0 1 0"', 'axis xyz="0 0 0"', "axis is zero"),
     "text limit": ('lower="-3"', 'lower="low"', "lower"),

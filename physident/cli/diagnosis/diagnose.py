@@ -13,16 +13,25 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
     JsonOption,
+    LockOption,
+    RateOption,
     Recordings,
     RobotOption,
+    ToolOption,
+    TopicOption,
+    layout_of,
     names_of,
+    optional_robot,
+    robot_of,
 )
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.dynamics.model import Model
     from physident.estimation.estimate import Estimate
+    from physident.robots.robot import Robot
 
 
 @app.command(short_help="Find what a model gets wrong, and why.")
@@ -30,12 +39,15 @@ def diagnose(
     recordings: Recordings,
     model: Annotated[Path | None, typer.Option("--model", metavar="FILE", help="A model that identify wrote.")] = None,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None,
         typer.Option(
             "--effects",
             metavar="EFFECTS",
-            help="With --robot: effects of the simulation besides rigid_body, separated by commas.",
+            help="With --robot: effects of the simulation besides rigid_body, separated by commas; default: those of a MuJoCo file.",
         ),
     ] = None,
     holdout: Annotated[
@@ -58,7 +70,15 @@ def diagnose(
         bool,
         typer.Option("--recording-offsets", help="Allow the torque sensors' zero to drift between recordings."),
     ] = False,
+    simulator: Annotated[
+        str | None,
+        typer.Option(
+            "--simulator", metavar="NAME", help="Also simulate both models half a second ahead: mujoco or physident."
+        ),
+    ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -75,24 +95,38 @@ def diagnose(
     from physident.outputs import together
     from physident.recordings.signals import Filter
 
+    if robot is None:
+        optional_robot(robot, joints, lock, tool)
     if (model is None) == (robot is None):
         raise InputError("which model? expected either --model (an identified model) or --robot (a description)")
     if effects is not None and robot is None:
         raise InputError(
             "--effects and --model were both given, expected --effects with --robot only: a model has its effects"
         )
+    if simulator not in (None, "mujoco", "physident"):
+        raise InputError(f"--simulator is {simulator!r}, expected mujoco or physident")
     holdouts = holdout or []
     check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
-    start = _identified(model, cutoff) if model is not None else _described(str(robot), effects)
+    start = (
+        _identified(model, cutoff) if model is not None else _described(robot_of(robot, joints, lock, tool), effects)
+    )
     nominal = model is None
-    layout = start.layout if columns is None and isinstance(start, Estimate) else columns
-    loaded = read_recordings(recordings, layout, drive_gains)
-    unseen = read_recordings(holdouts, layout, drive_gains) if holdouts else []
+    layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)
+    joints = (start.model if isinstance(start, Estimate) else start).robot.joint_names
+    loaded = read_recordings(recordings, layout, drive_gains, joints=joints)
+    unseen = read_recordings(holdouts, layout, drive_gains, joints=joints) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     with busy("searching") as say:
         found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
+    if simulator is not None and not isinstance(found, AtRest):
+        from physident.replay.gain import with_simulator
+
+        try:
+            found = with_simulator(found, loaded, unseen, simulator)  # pyright: ignore[reportArgumentType]
+        except InputError as error:  # the diagnosis stands without it
+            warn(f"not simulated: {error}")
     if isinstance(found, Diagnosis):  # so that advice can be typed as it is printed
         saved = str(out) if out is not None and found.estimate is not None else None
         found = replace(found, model_file=str(model or robot), extended_file=saved)
@@ -117,14 +151,16 @@ def _identified(path: Path, cutoff: float | None) -> Estimate:
     return load_estimate(path).with_cutoff(cutoff)
 
 
-def _described(source: str, effects: str | None) -> Model:
-    """The model of a simulation of a robot's description: rigid links, and the effects of --effects."""
+def _described(robot: Robot, effects: str | None) -> Model:
+    """The model of a simulation of a robot's description: rigid links, and the effects of --effects, or else those that a
+    simulator's own file states."""
     from physident.dynamics.model import Model
-    from physident.robots.load import load_robot
 
-    named = names_of(effects or "")
-    if effects is not None and not named:
+    if effects is None:
+        return Model.described(robot)
+    named = names_of(effects)
+    if not named:
         raise InputError(f"--effects is {effects!r}, expected names of effects, or no --effects for rigid_body alone")
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:
         raise InputError(f"--effects names {', '.join(repeated)} twice; expected each effect once")
-    return Model.nominal(load_robot(source), ["rigid_body", *(name for name in named if name != "rigid_body")])
+    return Model.nominal(robot, ["rigid_body", *(name for name in named if name != "rigid_body")])

@@ -9,7 +9,19 @@ from typing import Annotated
 import typer
 
 from physident.cli.app import app, busy, check_outputs, read_recordings
-from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, RobotOption
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    JointsOption,
+    LockOption,
+    RateOption,
+    RobotOption,
+    ToolOption,
+    TopicOption,
+    layout_of,
+    optional_robot,
+)
 from physident.errors import InputError
 
 
@@ -17,9 +29,7 @@ from physident.errors import InputError
 def view(
     recordings: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[RECORDING]...", help="Recordings (.csv, .csv.gz, .npz), or patterns such as runs/*.csv."
-        ),
+        typer.Argument(metavar="[RECORDING]...", help="Recordings, as for identify, or patterns such as runs/*.csv."),
     ] = None,
     model: Annotated[
         list[Path] | None, typer.Option("--model", metavar="FILE...", help="Models, up to the next option.")
@@ -35,10 +45,15 @@ def view(
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show the session in a browser on this machine.")] = False,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     meshes: Annotated[
         Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages.")
     ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -49,7 +64,6 @@ def view(
     from physident.graphics.session.content import compose
     from physident.graphics.session.write import check_session_path, write_session
     from physident.graphics.view import show
-    from physident.robots.load import load_robot
 
     paths, files = recordings or [], model or []
     if not paths and plan is None:
@@ -64,9 +78,11 @@ def view(
     models = dict(zip(_names(files), map(load_estimate, files), strict=True))
     contents = read_diagnosis(diagnosis) if diagnosis is not None else None
     source = next(iter(models.values()), contents)
-    layout = columns if columns is not None or source is None else source.layout
-    loaded = read_recordings(paths, layout, drive_gains) if paths else []
-    arm = load_robot(robot) if robot is not None else None
+    layout = layout_of(columns, topic, rate, None if source is None else source.layout)
+    arm = optional_robot(robot, joints, lock, tool)
+    known = arm if arm is not None or source is None else source.model.robot
+    names = None if known is None else known.joint_names
+    loaded = read_recordings(paths, layout, drive_gains, joints=names) if paths else []
     content = replace(
         compose(models, loaded, contents, arm, cutoff),
         plan=plan_of(plan) if plan is not None else None,

@@ -8,7 +8,16 @@ from typing import Annotated
 import typer
 
 from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
-from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, IncludeFittedOption, JsonOption
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    IncludeFittedOption,
+    JsonOption,
+    RateOption,
+    TopicOption,
+    layout_of,
+)
 from physident.errors import InputError
 
 
@@ -25,6 +34,8 @@ def compare(
     ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -37,7 +48,8 @@ def compare(
         raise InputError(f"{len(model)} models given, expected two: --model before.json after.json")
     check_outputs([*on, *model], json_out, plot=plot)
     before, after = (load_estimate(path).with_cutoff(cutoff) for path in model)
-    recordings = read_recordings(on, columns if columns is not None else before.layout, drive_gains)
+    layout = layout_of(columns, topic, rate, before.layout)
+    recordings = read_recordings(on, layout, drive_gains, joints=before.model.robot.joint_names)
     with busy("comparing"):
         gain = run(before, after, recordings, include_fitted)
     with together():

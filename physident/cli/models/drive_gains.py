@@ -7,7 +7,21 @@ from typing import Annotated
 import typer
 
 from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
-from physident.cli.options import ColumnsOption, CutoffOption, JsonOption, RobotOption, effects_of, filter_of, robot_of
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    JointsOption,
+    JsonOption,
+    LockOption,
+    RateOption,
+    RobotOption,
+    ToolOption,
+    TopicOption,
+    effects_of,
+    filter_of,
+    layout_of,
+    robot_of,
+)
 
 
 @app.command("drive-gains", short_help="Identify joint torque per motor current.")
@@ -24,6 +38,9 @@ def drive_gains(
         float, typer.Option("--load-mass", metavar="KG", help="Mass of the load on the last link [kg].")
     ],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     method: Annotated[
         str,
         typer.Option("--method", metavar="NAME", help="tls (total least squares), physical or ls (least squares)."),
@@ -33,14 +50,17 @@ def drive_gains(
     ] = None,
     json_out: JsonOption = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
     """Identify the drive gains of an arm from motor currents with and without a load of known mass."""
     from physident.estimation.drive_gains.drive_gains import identify_drive_gains
 
     check_outputs([*unloaded, *loaded, robot], json_out)
-    without, with_load = (read_recordings(paths, columns, None) for paths in (unloaded, loaded))
-    arm, chosen, filter = robot_of(robot), effects_of(effects), filter_of(cutoff)
+    arm, chosen, filter = robot_of(robot, joints, lock, tool), effects_of(effects), filter_of(cutoff)
+    layout = layout_of(columns, topic, rate)
+    without, with_load = (read_recordings(paths, layout, None, joints=arm.joint_names) for paths in (unloaded, loaded))
     with busy("identifying"):
         found = identify_drive_gains(arm, without, with_load, load_mass, method, chosen, filter)
     write_result(json_out, "drive_gains", found.as_dict())

@@ -9,14 +9,28 @@ import typer
 
 from physident.cli.app import app, check_outputs
 from physident.cli.options import ModelOption
-from physident.errors import InputError
+from physident.errors import InputError, warn
 
 
-@app.command(short_help="Write a model as URDF, JSON or Python.")
+@app.command(short_help="Write a model as URDF, MJCF, JSON, Python, C or CasADi.")
 def export(
     model: ModelOption,
     urdf: Annotated[
         Path | None, typer.Option("--urdf", metavar="FILE", help="Write the URDF with identified values.")
+    ] = None,
+    mjcf: Annotated[
+        Path | None,
+        typer.Option("--mjcf", metavar="FILE", help="Write MJCF for MuJoCo; with --patch, the patched copy."),
+    ] = None,
+    patch: Annotated[
+        Path | None,
+        typer.Option("--patch", metavar="FILE", help="Your own MJCF: only the model's values are replaced in it."),
+    ] = None,
+    callback: Annotated[
+        Path | None,
+        typer.Option(
+            "--callback", metavar="FILE", help="Write the effects that MJCF lacks as a Python callback for MuJoCo."
+        ),
     ] = None,
     json_out: Annotated[
         Path | None,
@@ -25,28 +39,38 @@ def export(
     python: Annotated[
         Path | None, typer.Option("--python", metavar="FILE", help="Write a function torque(q, v, a) in NumPy.")
     ] = None,
+    c: Annotated[
+        Path | None, typer.Option("--c", metavar="FILE", help="Write torque, derivatives and regressor in C.")
+    ] = None,
+    casadi: Annotated[
+        Path | None, typer.Option("--casadi", metavar="FILE", help="Write the torque as a CasADi function.")
+    ] = None,
+    meshes: Annotated[
+        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages, for --mjcf.")
+    ] = None,
 ) -> None:
-    """Write an identified model as a URDF, a table of parameters (JSON) or a Python function."""
-    from physident.estimation.estimate_file import load_estimate
-    from physident.export.parameters import parameters_of
-    from physident.export.python import python_of
-    from physident.export.urdf import urdf_of
-    from physident.files import json_text, write_text
+    """Write an identified model as URDF, MJCF, a table of parameters (JSON), a Python function, C code or a CasADi function.
 
-    if urdf is None and json_out is None and python is None:
-        raise InputError("nothing to write, expected --urdf out.urdf, --json out.json or --python out.py")
-    check_outputs([model], urdf, json_out, python)
+    The result lists what a format cannot express, and warns where the torque of the exported model is worse by more than a
+    tenth on the training recordings."""
+    from physident.estimation.estimate_file import load_estimate
+    from physident.export.formats import Targets, export_files
+    from physident.export.held import loss_of_torque, training_recordings
+
+    if meshes is not None and not meshes.is_dir():
+        raise InputError(
+            f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
+        )
+    check_outputs([model, patch if mjcf is not None else None], urdf, mjcf, callback, json_out, python, c, casadi)
+    if patch is not None and mjcf is None:
+        check_outputs([model], patch, urdf, callback, json_out, python, c, casadi)
     estimate = load_estimate(model)
-    texts: dict[Path, str] = {}  # all are complete before the first is written
-    urdf_export = None if urdf is None else urdf_of(estimate.model)
-    if urdf is not None and urdf_export is not None:
-        texts[urdf] = urdf_export.text
-    if json_out is not None:
-        texts[json_out] = json_text(parameters_of(estimate))
-    if python is not None:
-        texts[python] = python_of(estimate.model)
-    for path, text in texts.items():
-        write_text(path, text)
-    if urdf_export is not None:
-        typer.echo(repr(urdf_export))
-    typer.echo(f"written: {', '.join(map(str, texts))}")
+    targets = Targets(
+        urdf=urdf, mjcf=mjcf, patch=patch, callback=callback, json=json_out, python=python, c=c, casadi=casadi, meshes=meshes
+    )  # fmt: skip
+    exported = export_files(estimate, targets)
+    typer.echo(exported.text)
+    recordings = training_recordings(estimate) if exported.held else []
+    for name, held in exported.held.items():
+        if loss := loss_of_torque(estimate, held.model, recordings):
+            warn(f"{name}: {loss}")

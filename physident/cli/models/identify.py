@@ -12,10 +12,16 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
+    LockOption,
+    RateOption,
     Recordings,
     RobotOption,
+    ToolOption,
+    TopicOption,
     effects_of,
     filter_of,
+    layout_of,
     robot_of,
 )
 
@@ -25,6 +31,9 @@ def identify(
     recordings: Recordings,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The model to write (JSON).")],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
     ] = None,
@@ -57,6 +66,8 @@ def identify(
         typer.Option("--total-mass", metavar="KG", help="With --method physical: mass of all moving links [kg]."),
     ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
     json_out: Annotated[
@@ -73,10 +84,11 @@ def identify(
 
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out, json_out)
-    arm = robot_of(robot)
-    loaded = read_recordings(recordings, columns, drive_gains)
+    arm = robot_of(robot, joints, lock, tool)
+    layout = layout_of(columns, topic, rate)
+    loaded = read_recordings(recordings, layout, drive_gains, joints=arm.joint_names)
     with busy("identifying"):
-        estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), columns)
+        estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), layout)
     with together():
         estimate.save(out)
         if json_out is not None:

@@ -5,7 +5,17 @@ from __future__ import annotations
 import typer
 
 from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
-from physident.cli.options import ColumnsOption, CutoffOption, GainsOption, JsonOption, ModelOption, Recordings
+from physident.cli.options import (
+    ColumnsOption,
+    CutoffOption,
+    GainsOption,
+    JsonOption,
+    ModelOption,
+    RateOption,
+    Recordings,
+    TopicOption,
+    layout_of,
+)
 
 
 @app.command(short_help="Identify the load that an arm carries.")
@@ -14,6 +24,8 @@ def payload(
     model: ModelOption,
     json_out: JsonOption = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -23,7 +35,8 @@ def payload(
 
     check_outputs([*recordings, model], json_out)
     estimate = load_estimate(model).with_cutoff(cutoff)
-    loaded = read_recordings(recordings, columns if columns is not None else estimate.layout, drive_gains)
+    layout = layout_of(columns, topic, rate, estimate.layout)
+    loaded = read_recordings(recordings, layout, drive_gains, joints=estimate.model.robot.joint_names)
     with busy("identifying"):
         found = identify_payload(estimate, loaded)
     write_result(json_out, "payload", found.as_dict())

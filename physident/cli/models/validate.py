@@ -15,7 +15,10 @@ from physident.cli.options import (
     IncludeFittedOption,
     JsonOption,
     ModelOption,
+    RateOption,
     Recordings,
+    TopicOption,
+    layout_of,
 )
 
 
@@ -30,6 +33,8 @@ def validate(
     ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -41,7 +46,8 @@ def validate(
 
     check_outputs([*recordings, model], json_out, plot=plot)
     estimate = load_estimate(model).with_cutoff(cutoff)
-    loaded = read_recordings(recordings, columns if columns is not None else estimate.layout, drive_gains)
+    layout = layout_of(columns, topic, rate, estimate.layout)
+    loaded = read_recordings(recordings, layout, drive_gains, joints=estimate.model.robot.joint_names)
     with busy("predicting"):
         score = run(estimate, loaded, include_fitted)
     with together():

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from physident.cli.app import app, check_outputs, share_done
-from physident.cli.options import JsonOption, RobotOption
+from physident.cli.options import (
+    JointsOption,
+    JsonOption,
+    LockOption,
+    RobotOption,
+    ToolOption,
+    optional_robot,
+)
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
@@ -22,6 +29,9 @@ MAX_RATE = 1e5  # Hz, faster than any controller
 def design(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The motion to write (physident.trajectory/1).")],
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     model: Annotated[
         Path | None, typer.Option("--model", metavar="FILE", help="A model, all of whose effects are excited.")
     ] = None,
@@ -97,7 +107,7 @@ def design(
     check_outputs([robot, model], out, csv, json_file, plot=plot)
     if not 0 < rate <= MAX_RATE:
         raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
-    source = _source(robot, model)
+    source = _source(optional_robot(robot, joints, lock, tool), model)
     with share_done("designing") as progress:
         settings: dict[str, Any] = {
             "limits": limits, "harmonics": harmonics, "seed": seed, "table": None if no_table else table,
@@ -129,9 +139,8 @@ def design(
     )
 
 
-def _source(robot: str | None, model: Path | None) -> Robot | Estimate:
+def _source(robot: Robot | None, model: Path | None) -> Robot | Estimate:
     from physident.estimation.estimate_file import load_estimate
-    from physident.robots.load import load_robot
 
     if model is not None:
         if robot is not None:
@@ -139,4 +148,4 @@ def _source(robot: str | None, model: Path | None) -> Robot | Estimate:
         return load_estimate(model)
     if robot is None:
         raise InputError("which arm? expected --robot (a description) or --model (an identified model)")
-    return load_robot(robot)
+    return robot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,13 +12,22 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    JointsOption,
+    LockOption,
+    RateOption,
     Recordings,
     RobotOption,
+    ToolOption,
+    TopicOption,
     filter_of,
+    layout_of,
     names_of,
-    robot_of,
+    optional_robot,
 )
 from physident.errors import InputError, warn
+
+if TYPE_CHECKING:
+    from physident.robots.robot import Robot
 
 MAX_POSES = 2000  # of a recording, evenly spaced: enough to find singularities
 
@@ -27,6 +36,9 @@ MAX_POSES = 2000  # of a recording, evenly spaced: enough to find singularities
 def inspect(
     recordings: Recordings,
     robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     effects: Annotated[
         str | None,
         typer.Option(
@@ -36,38 +48,67 @@ def inspect(
         ),
     ] = None,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw motion and effort (.png, .pdf, .svg).")
     ] = None,
 ) -> None:
-    """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff."""
+    """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff.
+
+    With --robot, recordings are also held against the description: signs, order, gains, units, and what the efforts are."""
     from physident.recordings.inspection import inspect_recording
 
     if effects is not None and robot is None:
         raise InputError(
-            "--effects needs a robot, expected --robot with a built-in name (ur5), a .urdf or a DH table .toml"
+            "--effects needs a robot, expected --robot with a built-in name (ur5, ur10e), a .urdf, a MuJoCo .xml or a .toml"
         )
     check_outputs([*recordings, robot], plot=plot)
-    loaded = read_recordings(recordings, columns, drive_gains, quiet=True)
+    arm = optional_robot(robot, joints, lock, tool)
+    names = None if arm is None else arm.joint_names
+    loaded = read_recordings(recordings, layout_of(columns, topic, rate), drive_gains, quiet=True, joints=names)
     inspections = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
     if plot is not None:
         from physident.graphics.figures.recordings import plot_recordings
 
         plot_recordings(loaded, plot)
     typer.echo("\n\n".join(map(repr, inspections)))
-    if robot is not None:
-        typer.echo("\n" + _manipulability(robot, loaded))
-    if effects is not None and robot is not None:
-        typer.echo("\n" + _visibility(robot, effects, loaded, cutoff))
+    if any(
+        len(one.rest) != 1 or one.rest[0][1] - one.rest[0][0] < 0.95 * one.recording.duration for one in inspections
+    ):
+        typer.echo("\n" + _setup(arm, loaded))  # nothing can be said of a static pose
+    if arm is not None:
+        typer.echo("\n" + _manipulability(arm, loaded))
+    if effects is not None and arm is not None:
+        typer.echo("\n" + _visibility(arm, effects, loaded, cutoff))
 
 
-def _manipulability(robot: str, recordings: list) -> str:
+def _setup(arm: Robot | None, recordings: list) -> str:
+    """What is wrong with the set-up: of the recordings themselves, and together against a robot's description."""
+    from physident.setup_checks.check_setup import check_setup
+
+    if arm is None:
+        found = [(recording, finding) for recording in recordings for finding in check_setup(None, recording)]
+        rows = [f"  {Path(recording.source).name}: {finding}" for recording, finding in found]
+        against = "the recordings themselves; --robot holds them against a description"
+    else:
+        findings = check_setup(arm, recordings)
+        rows = [
+            f"  {'' if finding.note else 'wrong: ' if finding.void else 'caution: '}{finding}" for finding in findings
+        ]
+        against = f"against the description of {arm.name}"
+        if any(recording.effort_kind == "current" and recording.drive_gains is None for recording in recordings):
+            against += ", sizes left out: the currents have no drive gains"
+    return f"set-up, {against}:" + (" nothing wrong was seen" if not rows else "\n" + "\n".join(rows))
+
+
+def _manipulability(arm: Robot, recordings: list) -> str:
     """The distance of the recorded poses from a singularity, with a warning where it is small."""
     from physident.identifiability.manipulability import measure_manipulability
 
-    arm, rows = robot_of(robot), []
+    rows = []
     for recording in recordings:
         every = max(1, len(recording.q) // MAX_POSES)
         found = measure_manipulability(arm, recording.q[::every])
@@ -77,13 +118,13 @@ def _manipulability(robot: str, recordings: list) -> str:
     return "\n".join(rows)
 
 
-def _visibility(robot: str, effects: str, recordings: list, cutoff: float | None) -> str:
+def _visibility(arm: Robot, effects: str, recordings: list, cutoff: float | None) -> str:
     from physident.dynamics.regressor import build_regressor
     from physident.effects.catalogue import make_effects
     from physident.estimation.identify import prepare_moving
     from physident.identifiability.visibility import measure_visibility
 
-    arm, filter = robot_of(robot), filter_of(cutoff)
+    filter = filter_of(cutoff)
     if effects.strip() == "all":
         from physident.identifiability.identifiability import measure_identifiability
 

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from physident.cli.app import app, busy, check_outputs
+from physident.cli.options import JointsOption, LockOption, RobotOption, ToolOption, optional_robot
 from physident.errors import InputError
 
 if TYPE_CHECKING:
     from physident.dynamics.model import Model
+    from physident.robots.robot import Robot
     from physident.simulation.controllers import Controller
 
 CONTROLLERS = ("pd", "computed-torque")
@@ -27,10 +29,10 @@ def simulate(
     model: Annotated[
         Path | None, typer.Option("--model", metavar="FILE", help="The arm: a model that identify wrote.")
     ] = None,
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", metavar="NAME|FILE", help="The arm: a built-in robot, a URDF file or a DH table."),
-    ] = None,
+    robot: RobotOption = None,
+    joints: JointsOption = None,
+    lock: LockOption = None,
+    tool: ToolOption = None,
     sensors: Annotated[
         Path | None, typer.Option("--sensors", metavar="FILE", help="Its sensors (physident.sensors/1).")
     ] = None,
@@ -48,7 +50,9 @@ def simulate(
     check_outputs([trajectory, model, robot, sensors], out)
     chosen = load_sensors(sensors) if sensors else Sensors()
     motion = load_trajectory(trajectory)
-    simulation = Simulation(_arm(model, robot), motion, _controller(controller), chosen, seed=seed)
+    simulation = Simulation(
+        _arm(model, optional_robot(robot, joints, lock, tool)), motion, _controller(controller), chosen, seed=seed
+    )
     with busy("simulating"):
         table = simulation.table()
     recording = simulation.recording(table)
@@ -56,14 +60,23 @@ def simulate(
     typer.echo(f"{recording!r}\nwritten: {out}")
 
 
-def _arm(model: Path | None, robot: str | None) -> Model:
+def _arm(model: Path | None, robot: Robot | None) -> Model:
     from physident.dynamics.model import Model
     from physident.estimation.estimate_file import load_estimate
-    from physident.robots.load import load_robot
 
     if (model is None) == (robot is None):
         raise InputError("which arm? expected either --model (an identified model) or --robot (a description)")
-    return load_estimate(model).model if model is not None else Model.nominal(load_robot(str(robot)))
+    if robot is not None:
+        return Model.nominal(robot, _simulated(robot))
+    assert model is not None
+    return load_estimate(model).model
+
+
+def _simulated(robot: Robot) -> dict[str, None]:
+    """Names of the effects of a simulated arm: the default ones, and those that its description states."""
+    from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects
+
+    return dict.fromkeys((*DEFAULT_EFFECTS, *(effect.name for effect in described_effects(robot))))
 
 
 def _controller(name: str) -> Controller | None:

@@ -17,8 +17,10 @@ from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.recordings.checks import check_effort, refuse_duplicates
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
+from physident.recordings.rows import typical_step
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 from physident.threads import one_thread
@@ -33,16 +35,17 @@ def is_at_rest(recordings: Sequence[Recording]) -> bool:
 
 
 @one_thread
-def diagnose_at_rest(model: Estimate | Model, recordings: Sequence[Recording]) -> AtRest:
+def diagnose_at_rest(model: Estimate | Model, recordings: Recordings) -> AtRest:
     """Compare the torques of recordings at standstill with a model's gravity and breakaway torque.
 
     Raises InputError for a recording with motion or one that came twice, another number of joints, torques far beyond the
     robot's limits, or currents without gains.
     """
+    arm = model.model if isinstance(model, Estimate) else model
+    recordings = as_recordings(recordings, arm.robot, model.layout if isinstance(model, Estimate) else None)
     if not recordings:
         raise InputError("no recordings given, expected at least one of an arm at rest")
     refuse_duplicates(recordings)
-    arm = model.model if isinstance(model, Estimate) else model
     poses = []
     for recording in recordings:
         if recording.n != arm.robot.n:
@@ -113,7 +116,7 @@ def _states(q: Array, v: Array) -> Signals:
 
 def _signals(recording: Recording) -> Signals:
     """A recording's signals, to see whether it moves: currents need no gains for that."""
-    rate = 1 / float(np.median(np.diff(recording.time)))
+    rate = 1 / typical_step(recording.time)
     bare = recording.effort_kind == "current" and recording.drive_gains is None
     unit = recording.with_drive_gains([1.0] * recording.n) if bare else recording
     return prepare(unit, Filter(cutoff=min(Filter().cutoff, 0.3 * rate)))

@@ -95,9 +95,9 @@ def _in_model(model: Model, name: str, joints: tuple[int, ...]) -> Effect | None
             continue
         index = active.index(joints[0] - 1)
         shapes = {
-            shape.field: (values[index] if len(values) > 1 else values[0],)
-            for shape in effect.shape_parameters
-            if (values := getattr(effect, shape.field)) is not None
+            field: (values[index] if len(values) > 1 else values[0],)
+            for field in (*(shape.field for shape in effect.shape_parameters), *effect.settings_by_joint)
+            if isinstance(values := getattr(effect, field), tuple)
         }
         return replace(effect, joints=joints, **shapes)
     return None

@@ -15,16 +15,16 @@ from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
-from physident.diagnosis.problem.row_noise import row_weights, weighted
 from physident.diagnosis.problem.search_data import SearchData
-from physident.diagnosis.problem.sign_nuisance import SignByPosition
 from physident.dynamics.model import Model
-from physident.dynamics.regressor import Regressor, build_regressor
+from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
+from physident.estimation.dry_friction.rest_rows import dry_level, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
+from physident.estimation.weighting import weight_rows
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
@@ -118,7 +118,7 @@ class DiagnosisProblem:
         owner = [effect for effect in effects for _ in effect.columns(model.robot)]
         places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
         fresh = build_regressor(model.robot, dependent, self.signals, self.filter, model=model)
-        return self.regressor.with_columns(weighted(fresh, self.weights), places)
+        return self.regressor.with_columns(weight_rows(fresh, self.weights), places)
 
 
 def state_problem(
@@ -131,8 +131,9 @@ def state_problem(
 ) -> DiagnosisProblem:
     """Evaluate every candidate once, weigh the rows and choose the folds."""
     model = given if isinstance(given, Model) else given.model
+    signals = [with_transition(model.robot, model.effects, one) for one in signals]
     candidates, effects = _laid_out(model, signals)
-    nuisances = [SignByPosition(), *(offset_of_each_recording(signals) if recording_offsets else [])]
+    nuisances = offset_of_each_recording(signals) if recording_offsets else []
     first = sum(len(effect.columns(model.robot)) for effect in effects)
     nuisance = tuple(range(first, first + sum(len(one.columns(model.robot)) for one in nuisances)))
     regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
@@ -151,15 +152,16 @@ def state_problem(
         recording_offsets=recording_offsets,
     )
     baseline = problem.freedom.baseline(problem.regressor)
-    sigma = fit_with_all_candidates(problem.search_data(model), baseline).sigma
-    if (noisy := at_resolution(signals, regressor, sigma, filter, seed)) is not None:
+    fit = fit_with_all_candidates(problem.search_data(model), baseline)
+    if (noisy := at_resolution(signals, regressor, fit.sigma, filter, seed)) is not None:
         signals = noisy
         regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
         problem = replace(problem, signals=tuple(signals), regressor=regressor)
         baseline = problem.freedom.baseline(problem.regressor)
-        sigma = fit_with_all_candidates(problem.search_data(model), baseline).sigma
-    weights = row_weights(model, signals, filter, sigma)
-    problem = replace(problem, weights=weights, regressor=weighted(regressor, weights))
+        fit = fit_with_all_candidates(problem.search_data(model), baseline)
+    spread = spread_rows(model.robot, model.effects, signals, filter)
+    weights = rest_weights(spread, dry_level(model), fit.residual, regressor.counted)
+    problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights))
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
     problem = replace(problem, memory=correlation_rows(regressor, noise))

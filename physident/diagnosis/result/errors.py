@@ -22,14 +22,14 @@ def errors_before_and_after(
     given = as_estimate(first.problem.given, first.problem.filter)
     if extended is None:
         score = validate(given, holdout)
-        errors = JointErrors(score.rms, score.relative)
+        errors = JointErrors(score.rms, score.relative_all)
         return errors, errors
     gain = compare(given, extended, on=holdout)
-    return JointErrors(gain.before.rms, gain.before.relative), JointErrors(gain.after.rms, gain.after.relative)
+    return JointErrors(gain.before.rms, gain.before.relative_all), JointErrors(gain.after.rms, gain.after.relative_all)
 
 
 def _left_out_errors(hypothesis: Hypothesis) -> JointErrors:
-    residual = hypothesis.left_out_fits.residual() / hypothesis.problem.weights
+    residual = hypothesis.left_out_fits.residual() / hypothesis.problem.weights - hypothesis.rest_friction
     regressor, inside, torque = hypothesis.data.regressor, hypothesis.in_folds, hypothesis.torque
     relative = []
     for index in np.unique(regressor.recording[inside]):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
+from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -29,7 +30,8 @@ class DiagnosisRecord:
     that was diagnosed, ``extended`` the one with the findings, None where nothing was found. ``noise_floor`` (n,) [N m|N]
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
-    autocorrelated. ``path`` and ``sha256`` are those of the file that it was read from; ``model_file`` is
+    autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
+    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from; ``model_file`` is
     the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the extended model;
     None where they were not saved.
     """
@@ -54,6 +56,8 @@ class DiagnosisRecord:
     seed: int
     incomplete: tuple[int, ...]
     recording_offsets: bool
+    simulated: Simulated | None = None
+    warnings: tuple[str, ...] = ()
     path: Path | None = None
     sha256: str | None = None
     model_file: str | None = None
@@ -105,7 +109,9 @@ class DiagnosisRecord:
             "held": list(self.unidentified),
             "incomplete": list(self.incomplete),
             "recording_offsets": self.recording_offsets,
+            "warnings": list(self.warnings),
             "seed": self.seed,
+            **({} if self.simulated is None else {"simulated": _plain(asdict(self.simulated))}),
             "version": VERSION,
             "model_file": self.model_file,
             "extended_file": self.extended_file,

@@ -11,6 +11,7 @@ import numpy as np
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.record import SCHEMA, DiagnosisRecord
+from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.dynamics.model_entries import read_model
 from physident.effects.catalogue import CATALOGUE
@@ -55,6 +56,8 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         incomplete=READER.read(tuple[int, ...], data["incomplete"], "incomplete"),
         seed=READER.read(int, data["seed"], "seed"),
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
+        simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
+        warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
         extended_file=READER.read(str | None, data.get("extended_file"), "extended_file"),
         model=read_model(data["model"], READER, "model"),
@@ -80,6 +83,8 @@ def _check(c: DiagnosisRecord) -> None:
             raise InputError(f"{name} has a negative error; expected sizes")
     if c.noise_floor is not None and len(c.noise_floor) != n:
         raise InputError(f"score.noise_floor has {len(c.noise_floor)} joints, expected the robot's {n}")
+    if c.simulated is not None and {len(c.simulated.before), len(c.simulated.after or c.simulated.before)} != {n}:
+        raise InputError(f"simulated has {len(c.simulated.before)} joints, expected the robot's {n}")
     if c.extended is not None and c.extended.robot.n != n:
         raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
     for effect in [*(f.effect for f in c.findings), *(r.effect for f in c.findings for r in f.rivals)]:

@@ -30,6 +30,8 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
     rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
+    if d.simulated is not None:
+        rows.append(d.simulated.sentence)
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.findings[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]

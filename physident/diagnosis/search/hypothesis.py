@@ -19,6 +19,7 @@ from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
+from physident.estimation.dry_friction.rest import rest_rows
 
 Array = NDArray[np.float64]
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
@@ -98,8 +99,14 @@ class Hypothesis:
 
     @property
     def residual(self) -> Array:
-        """The fit's residual (M, n) [N m|N] without the rows' weights."""
-        return self.fit.residual / self.problem.weights
+        """The fit's residual (M, n) [N m|N] without the rows' weights; friction at rest is at its best value in its band."""
+        return self.fit.residual / self.problem.weights - self.rest_friction
+
+    @cached_property
+    def rest_friction(self) -> Array:
+        """What the friction of joints at rest adds (M, n) [N m|N] to the extended model's torque, see ``rest_rows``."""
+        rests = rest_rows(self.extension.model, self.problem.signals, self.problem.filter)
+        return rests.friction * self.data.regressor.counted
 
     @property
     def torque(self) -> Array:

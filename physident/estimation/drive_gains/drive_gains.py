@@ -24,6 +24,7 @@ from physident.estimation.identify import prepare_moving
 from physident.estimation.uncertainty import t_quantile
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.checks import refuse_constant, refuse_duplicates
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
@@ -102,8 +103,8 @@ class DriveGains:
 @one_thread
 def identify_drive_gains(
     robot: Robot,
-    unloaded: Sequence[Recording],
-    loaded: Sequence[Recording],
+    unloaded: Recordings,
+    loaded: Recordings,
     load_mass: float,
     method: str = "tls",
     effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
@@ -117,6 +118,7 @@ def identify_drive_gains(
     used. Raises InputError without loaded recordings or a mass, for torques instead of currents, and where no gain can be
     separated from the parameters it multiplies; NotSolvedError where the iteration does not settle.
     """
+    unloaded, loaded = (as_recordings(given, robot) for given in (unloaded, loaded))
     _check(unloaded, loaded, load_mass, method)
     effects = make_effects(effects)
     if dependent := [effect.name for effect in effects if effect.needs_model]:
@@ -184,7 +186,7 @@ def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass
             f"no recordings {which}; expected both: otherwise gains cannot be separated from the arm's parameters"
         )
     for recording in (*unloaded, *loaded):
-        if recording.effort_kind != "current":
+        if recording.effort_kind != "current" and recording.effort_stated:
             raise InputError(f"{recording.source}: contains torques, expected motor currents [A]")
         refuse_constant(recording)
     refuse_duplicates(unloaded)

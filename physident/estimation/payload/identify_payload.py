@@ -23,6 +23,7 @@ from physident.estimation.physical.cones import Cones, MatrixInequality
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import Compressed, compress
 from physident.recordings.checks import refuse_duplicates
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
@@ -38,7 +39,7 @@ MIN_TORQUE = 0.25  # a joint whose load torque is a smaller share of its residua
 
 
 @one_thread
-def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: int = 0) -> Payload:
+def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) -> Payload:
     """The load on the last link that explains the residual of the arm's model in recordings.
 
     The arm's parameters are those of ``estimate``; the load is a rigid body (pseudo-inertia positive semidefinite). The
@@ -47,8 +48,9 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
     that cannot be the arm's, or a motion that does not show all ten parameters; NotSolvedError where no optimum can be
     proved.
     """
-    _refuse_fitted(estimate, recordings)
     model = estimate.model
+    recordings = as_recordings(recordings, model.robot, estimate.layout)
+    _refuse_fitted(estimate, recordings)
     if not any(effect.name == "rigid_body" for effect in model.effects):
         raise InputError(
             "the model has no rigid_body effect, so no link that could carry a load; identify one with it in --effects"
@@ -68,6 +70,7 @@ def identify_payload(estimate: Estimate, recordings: Sequence[Recording], seed: 
         seen_by_joint=_seen_by_joint(load, parameters, free.sigma),
         sigma=np.sqrt(((load.torque - load.predict(parameters)) ** 2).mean(axis=0)),
         sigma_without_load=np.sqrt((load.torque**2).mean(axis=0)),
+        arm_sigma=np.array(estimate.sigma),
         visible=bool(free.base[0] > t_quantile(free.blocks) * np.sqrt(covariance[0, 0])),
         scale=_scale(converted),
         recordings=tuple(recording.source for recording in recordings),

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre
 
 Array = NDArray[np.float64]
+LEFT = 2.0  # times the arm's own residual: another day or temperature leaves less
+LEVEL = 0.999  # of the test that all joints state one mass
+APART = 0.1  # of the mass: errors of joints are themselves estimates, and smaller differences need not matter
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -20,7 +23,7 @@ class Payload:
     ``parameters`` (10,) [kg, kg m, kg m^2] of a rigid body in Pinocchio's order; ``intervals`` (10, 2), ``mass_interval``
     (2,) [kg] and ``centre_interval`` (3, 2) [m] cover 95 %. ``seen_by_joint`` (n, 2) [kg]: mass by each joint alone and
     its standard error, NaN where the load's torque is too small. ``sigma`` (n,) [N m|N]: RMS residual with the load,
-    ``sigma_without_load`` (n,) without it. ``visible``: whether the torques show a load at all; ``scale`` says what the
+    ``sigma_without_load`` (n,) without it, ``arm_sigma`` (n,) that of the arm's model on its own recordings. ``visible``: whether the torques show a load at all; ``scale`` says what the
     mass is proportional to.
     """
 
@@ -31,6 +34,7 @@ class Payload:
     seen_by_joint: Array
     sigma: Array
     sigma_without_load: Array
+    arm_sigma: Array
     visible: bool
     scale: str
     recordings: tuple[str, ...]
@@ -50,14 +54,39 @@ class Payload:
         """Inertia tensor (3, 3) [kg m^2] about the centre of mass, axes along the last link's."""
         return about_centre(self.parameters)[1]
 
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """Why the intervals cannot be believed, in words; empty where they can."""
+        from scipy.stats import chi2
+
+        found = []
+        known = self.arm_sigma > 0
+        ratio = float(np.sqrt(np.mean((self.sigma[known] / self.arm_sigma[known]) ** 2))) if known.any() else 0.0
+        if ratio > LEFT:
+            found.append(
+                f"with the load the residual is {ratio:.2g} times that of the arm's model on its own recordings:"
+                " the arm, the load or its mounting changed"
+            )
+        mass, error = self.seen_by_joint[np.isfinite(self.seen_by_joint).all(axis=1) & (self.seen_by_joint[:, 1] > 0)].T
+        if self.visible and len(mass) > 1:
+            mean = np.average(mass, weights=1 / error**2)
+            scatter = float((((mass - mean) / error) ** 2).sum())
+            # Cochran's test of equal values: "The combination of estimates from different experiments" (1954)
+            if scatter > float(chi2.ppf(LEVEL, len(mass) - 1)) and np.abs(mass - mean).max() > APART * abs(mean):
+                found.append(
+                    f"joints disagree about the mass beyond their errors ({mass.min():.3g} to {mass.max():.3g} kg):"
+                    " check the drive gains and the model of the arm"
+                )
+        return tuple(found)
+
     def as_dict(self) -> dict[str, Any]:
         """The load as plain numbers and texts for JSON."""
         named = zip(PARAMETER_NAMES, PARAMETER_UNITS, self.parameters, self.intervals, strict=True)
         return {
             "mass_kg": self.mass,
-            "mass_interval_kg": self.mass_interval.tolist(),
+            "mass_interval_kg": None if self.contradictions else self.mass_interval.tolist(),
             "centre_of_mass_m": self.centre.tolist(),
-            "centre_of_mass_interval_m": self.centre_interval.tolist(),
+            "centre_of_mass_interval_m": None if self.contradictions else self.centre_interval.tolist(),
             "inertia_about_centre_kg_m2": self.inertia.tolist(),
             "parameters": [
                 {"name": name, "unit": unit, "value": float(value), "interval": interval.tolist()}
@@ -67,18 +96,25 @@ class Payload:
             "residual_Nm": self.sigma.tolist(),
             "residual_without_load_Nm": self.sigma_without_load.tolist(),
             "visible": self.visible,
+            "warnings": list(self.contradictions),
             "scale": self.scale,
             "recordings": list(self.recordings),
         }
 
     def __repr__(self) -> str:
         low, high = self.mass_interval
+        contradictions = self.contradictions
+        title = "intervals withheld" if contradictions else "intervals cover 95 %"
+
+        def interval(a: float, b: float) -> str:
+            return "" if contradictions else f"   [{a:.4g}, {b:.4g}]"
+
         rows = [
-            "load on the last link, in that link's frame; intervals cover 95 %",
-            f"  mass             {self.mass:9.4g} kg   [{low:.4g}, {high:.4g}]",
+            f"load on the last link, in that link's frame; {title}",
+            f"  mass             {self.mass:9.4g} kg{interval(low, high)}",
         ]
         for axis, value, (a, b) in zip("xyz", self.centre, self.centre_interval, strict=True):
-            rows.append(f"  centre of mass {axis} {1000 * value:9.4g} mm   [{1000 * a:.4g}, {1000 * b:.4g}]")
+            rows.append(f"  centre of mass {axis} {1000 * value:9.4g} mm{interval(1000 * a, 1000 * b)}")
         rows.append(
             "  principal inertias about it "
             + ", ".join(f"{x:.3g}" for x in np.linalg.eigvalsh(self.inertia))
@@ -92,4 +128,6 @@ class Payload:
             rows.append(f"{j:5d}  {without:21.4g}  {with_load:13.4g}  {alone:>23}")
         rows.append(self.scale)
         verdict = f"a load of {self.mass:.3g} kg" if self.visible else f"no load is visible; none above {high:.3g} kg"
+        if contradictions:
+            verdict = f"doubtful: {verdict}, but {'; '.join(contradictions)}"
         return "\n".join([*rows, f"verdict: {verdict}"])

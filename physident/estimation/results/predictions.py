@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
 from physident.errors import InputError
+from physident.estimation.dry_friction.rest import rest_rows
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
@@ -21,7 +22,9 @@ class Predictions:
     """Filtered torque of recordings over their moving part.
 
     ``time`` (M,) [s], ``predicted`` and ``measured`` (M, n) [N m|N], ``recording`` (M,) index of each row's recording,
-    ``rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, both torques are zero.
+    ``rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, both torques are zero. ``predicted`` includes the friction of
+    joints at rest at its best value inside its band; ``moving`` (M, n) are the counted rows whose filter window holds no rest
+    of that joint; ``rest_outside`` (n,) is the share of the samples at rest that lie beyond the band.
     """
 
     time: Array
@@ -30,6 +33,8 @@ class Predictions:
     recording: NDArray[np.intp]
     rate: float
     counted: NDArray[np.bool_]
+    moving: NDArray[np.bool_]
+    rest_outside: Array
 
     @property
     def residual(self) -> Array:
@@ -43,7 +48,13 @@ class Predictions:
 
     def restricted(self, counted: NDArray[np.bool_]) -> Predictions:
         """The same predictions with only these rows (M, n) counted."""
-        return replace(self, measured=self.measured * counted, predicted=self.predicted * counted, counted=counted)
+        return replace(
+            self,
+            measured=self.measured * counted,
+            predicted=self.predicted * counted,
+            counted=counted,
+            moving=self.moving & counted,
+        )
 
     def __repr__(self) -> str:
         rms = ", ".join(f"{value:.3g}" for value in self.rms)
@@ -56,11 +67,14 @@ def predictions_of(model: Model, signals: Sequence[Signals], filter: Filter) -> 
     for index, one in enumerate(signals):
         if not (regressor.recording == index).any():
             raise InputError(f"{one.source}: its moving part is shorter than the filter; expected seconds of motion")
+    rests = rest_rows(model, signals, filter)
     return Predictions(
         time=regressor.time,
-        predicted=regressor.predict(model.theta),
+        predicted=regressor.predict(model.theta) + rests.friction * regressor.counted,
         measured=regressor.torque,
         recording=regressor.recording,
         rate=regressor.kept_rate,
         counted=regressor.counted,
+        moving=rests.moving & regressor.counted,
+        rest_outside=rests.outside,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.graphics.plan import Plan
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 from physident.robots.robot import Robot
@@ -32,7 +33,7 @@ class SessionContent:
 
 def compose(
     models: Mapping[str, Estimate],
-    recordings: Recording | Iterable[Recording],
+    recordings: Recordings,
     diagnosis: DiagnosisRecord | None,
     robot: Robot | None,
     cutoff: float | None,
@@ -62,7 +63,8 @@ def compose(
     source = first if first is not None else diagnosis
     filter, gains = (source.filter, source.drive_gains) if source is not None else (Filter(), None)
     filter = Filter(cutoff if cutoff is not None else filter.cutoff, filter.rate)
-    listed = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    layout = None if source is None else source.layout
+    listed = as_recordings(recordings, chosen, layout)
     return SessionContent(
         chosen, tuple(r.with_default_drive_gains(gains) for r in listed), shown, diagnosis, filter=filter
     )

@@ -18,6 +18,7 @@ from physident.graphics.session.content import SessionContent, model_hash
 from physident.graphics.session.data import SessionData, gather, moving_rms
 from physident.graphics.session.design import log_design
 from physident.graphics.session.joints import log_joints
+from physident.graphics.session.recorded import log_recordings
 from physident.graphics.session.text import findings, summary
 from physident.outputs import write_with
 
@@ -68,6 +69,7 @@ def _write(content: SessionContent, data: SessionData | None, path: Path) -> Non
         recorded_points = log_arm(rec, "robot", robot, data.clock, data.motion, content.meshes)
         title = _colour_links(rec, content, data)
         log_joints(rec, data, robot)
+        log_recordings(rec, content.recordings)
         log_bands(rec, data, contact_intervals(data, diagnosis.extended if diagnosis else None))
         rec.log("summary", rr.TextDocument(summary(data, robot, diagnosis), media_type="text/markdown"), static=True)
     if diagnosis is not None:

@@ -1,4 +1,4 @@
-"""Comma-separated text, plain or gzip: read in blocks of bounded memory; broken rows are listed, not fatal."""
+"""Text with columns, plain or gzip: read in blocks of bounded memory; broken rows are listed, not fatal."""
 
 from __future__ import annotations
 
@@ -13,36 +13,30 @@ import numpy as np
 
 from physident.errors import InputError
 from physident.outputs import write_with
-from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
-from physident.recordings.recording import BadRow
+from physident.recordings.channels import BadRow
+from physident.recordings.formats.table import MAX_CELLS, Table
+from physident.recordings.formats.text_style import TextStyle, find_style
 
 BLOCK = 4 << 20  # bytes
-SEPARATORS = {";": "semicolon", "\t": "tab"}
 PRINTABLE = bytes(b if b in (9, 10, 13) or 32 <= b < 127 else 63 for b in range(256))
 MAX_REJECTED = 100_000  # rows with a wrong number of fields: listing more would only fill the memory
 
 
 def read_csv(path: Path) -> Table:
-    """The table of a CSV file; a first row without any number is its header.
+    """The table of a text file with commas, semicolons, tabs or spaces; a first row without any number is its header.
 
-    Rows with a wrong number of fields are left out and listed; cells that are not numbers become NaN. Row numbers are line
-    numbers. Raises InputError for a file that is empty, not text, a broken gzip, without commas, or too large.
+    Lines before it that begin with "#" are skipped, but the last of them is the header if no other is. Rows with a wrong
+    number of fields are left out and listed; cells that are not numbers become NaN. Row numbers are line numbers. Raises
+    InputError for a file that is empty, not text, a broken gzip, without columns, or too large.
     """
-    first = _first_line(path)
-    fields = [field.strip().strip('"') for field in first.split(",")]
-    if len(fields) < 2:
-        found = next((f", but has {name}s" for sign, name in SEPARATORS.items() if sign in first), "")
-        raise InputError(f"{path}: its first line has no comma{found}; expected comma-separated columns: convert it")
-    if len(fields) > MAX_COLUMNS:
-        raise InputError(f"{path}: {len(fields)} columns, expected at most {MAX_COLUMNS}: keep time, q, dq and effort")
-    header = not any(_is_number(field) for field in fields)
+    style = find_style(path, _head(path))
     rejected: list[BadRow] = []
-    values = _read(path, len(fields), header, rejected)
+    values = _read(path, style, rejected)
     if not len(values) and not rejected:
-        raise InputError(f"{path}: has no rows of {len(fields)} numbers under its first line; expected a recording")
-    numbers = np.arange(1 + header, 1 + header + len(values) + len(rejected))
-    rows = np.delete(numbers, [bad.row - 1 - header for bad in rejected])
-    return Table(values, rows, tuple(fields) if header else None, tuple(rejected))
+        raise InputError(f"{path}: has no rows of {style.width} numbers under its first line; expected a recording")
+    numbers = np.arange(1 + style.skipped, 1 + style.skipped + len(values) + len(rejected))
+    rows = np.delete(numbers, [bad.row - 1 - style.skipped for bad in rejected])
+    return Table(values, rows, style.header, tuple(rejected))
 
 
 def write_csv(path: str | Path, table: Table) -> None:
@@ -51,26 +45,28 @@ def write_csv(path: str | Path, table: Table) -> None:
     write_with(path, lambda file: np.savetxt(file, table.values, "%.10g", delimiter=",", header=header, comments=""))
 
 
-def _read(path: Path, width: int, header: bool, rejected: list[BadRow]) -> np.ndarray:
+def _read(path: Path, style: TextStyle, rejected: list[BadRow]) -> np.ndarray:
     """The rows (N, width) of numbers; those with another number of fields are added to ``rejected``."""
     blocks: list[np.ndarray] = []
-    rows, line = 0, int(header)
-    for index, text in enumerate(_whole_lines(path)):
-        body = text.partition(b"\n")[2] if header and index == 0 else text
+    rows, line, skip = 0, style.skipped, style.skipped
+    for text in _whole_lines(path):
+        body = text
+        while skip and body:
+            body, skip = body.partition(b"\n")[2], skip - 1
         if not body:
             continue
-        numbers, bad = _parse(path, body, width, line)
+        numbers, bad = _parse(path, style.with_commas(body), style, line)
         blocks.append(numbers)
         rejected += bad
         rows, line = rows + len(numbers), line + len(numbers) + len(bad)
-        if rows * width > MAX_CELLS:
+        if rows * style.width > MAX_CELLS:
             raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
         if len(rejected) > MAX_REJECTED:
-            raise InputError(f"{path}: over {MAX_REJECTED} rows without {width} fields; expected a recording")
-    return _joined(blocks, rows, width)
+            raise InputError(f"{path}: over {MAX_REJECTED} rows without {style.width} fields; expected a recording")
+    return _joined(blocks, rows, style.width)
 
 
-def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, list[BadRow]]:
+def _parse(path: Path, text: bytes, style: TextStyle, line: int) -> tuple[np.ndarray, list[BadRow]]:
     """Numbers (N, width) of whole lines of text, which follow ``line`` others, and the rows that are left out."""
     import pyarrow as pa
     from pyarrow import csv
@@ -81,7 +77,7 @@ def _parse(path: Path, text: bytes, width: int, line: int) -> tuple[np.ndarray, 
         bad.append(BadRow(line + int(row.number), f"{row.actual_columns} fields, expected {row.expected_columns}"))
         return "skip"
 
-    names = [str(i) for i in range(width)]
+    names = [str(i) for i in range(style.width)]
     read = csv.ReadOptions(use_threads=False, block_size=len(text) + 1, column_names=names)
     # every line is a row: a stray quote or an empty line must not shift the line numbers of the others
     parse = csv.ParseOptions(invalid_row_handler=invalid, quote_char=False, ignore_empty_lines=False)
@@ -150,31 +146,24 @@ def _number(cell: bytes) -> float:
         return np.nan
 
 
-def _is_number(text: str) -> bool:
-    return text.lower() in ("nan", "") or not np.isnan(_number(text.encode()))
-
-
 def _is_gzip(path: Path) -> bool:
     with path.open("rb") as stream:
         return stream.read(2) == b"\x1f\x8b"
 
 
-def _first_line(path: Path) -> str:
-    """The first line, of limited length."""
+def _head(path: Path) -> bytes:
+    """The beginning of the file, which must be text."""
     try:
         with gzip.open(path) if _is_gzip(path) else path.open("rb") as stream:
             head = stream.read(BLOCK)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: cannot be read ({error}); expected a CSV, plain or gzip") from None
-    line, *rest = re.split(rb"[\r\n]", head, maxsplit=1)
     if not head:
         raise InputError(f"{path}: empty, expected comma-separated numbers")
+    line, *rest = re.split(rb"[\r\n]", head, maxsplit=1)
     if b"\0" in line:
         kind = "UTF-16 text" if line.startswith((b"\xff\xfe", b"\xfe\xff")) else "not a text file"
         raise InputError(f"{path}: {kind}, expected comma-separated numbers in UTF-8")
     if not rest and len(head) == BLOCK:
         raise InputError(f"{path}: its first line is longer than {BLOCK} characters, expected one row for each sample")
-    try:
-        return line.decode("utf-8-sig").strip()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: its first line is not UTF-8 text, expected comma-separated numbers") from None
+    return head

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
+from physident.recordings.columns.header import CHANNELS
 from physident.recordings.formats.table import MAX_CELLS, MAX_COLUMNS, Table
-from physident.recordings.layout import CHANNELS
 
 
 def read_npz(path: Path) -> Table:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.recordings.recording import BadRow
+from physident.errors import InputError
+from physident.recordings.channels import BadRow
 
 MAX_CELLS = 100_000_000  # 800 MB of numbers: an hour of a 7-joint arm at 1 kHz with every channel
 MAX_COLUMNS = 1000
@@ -15,9 +18,33 @@ MAX_COLUMNS = 1000
 
 @dataclass(frozen=True)
 class Table:
-    """``values`` (N, C), unreadable cells NaN; ``rows`` (N,) each row's number in the file, from 1; ``names`` or None."""
+    """``values`` (N, C), unreadable cells NaN; ``rows`` (N,) each row's number in the file, from 1; ``names`` or None.
+
+    ``joints`` are the names of the joints 1 to n where the file has them.
+    """
 
     values: NDArray[np.float64]
     rows: NDArray[np.intp]
     names: tuple[str, ...] | None
     rejected: tuple[BadRow, ...] = ()
+    joints: tuple[str, ...] | None = None
+
+
+def check_size(source: Any, rows: int, columns: int) -> None:
+    """Raises InputError for a table with more columns or numbers than any recording has; called before they are read."""
+    if columns > MAX_COLUMNS:
+        raise InputError(f"{source}: {columns} columns, expected at most {MAX_COLUMNS}: keep time, q, dq and effort")
+    if rows * columns > MAX_CELLS:
+        raise InputError(f"{source}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+
+
+def table_of_arrays(arrays: Mapping[str, NDArray[Any]], others: tuple[str, ...] = ()) -> Table:
+    """The table of arrays (N,) or (N, k) of numbers, which all have N rows; an array (N, k) becomes NAME_1 to NAME_k.
+
+    ``others`` are names of what the file contains beside them.
+    """
+    names: list[str] = []
+    for name, array in arrays.items():
+        names += [name] if array.ndim == 1 else [f"{name}_{k}" for k in range(1, array.shape[1] + 1)]
+    values = np.column_stack([np.asarray(array, dtype=float) for array in arrays.values()])
+    return Table(values, np.arange(1, len(values) + 1), (*names, *others))

@@ -32,6 +32,7 @@ def joint_errors(c: DiagnosisRecord) -> Markup:
             f" after a low-pass at {c.filter.cutoff:g}{SPACE}Hz on both sides.",
             FLOOR if c.noise_floor is not None else "",
         ),
+        *([] if c.simulated is None else [tag("p", f"{c.simulated.sentence[:1].upper()}{c.simulated.sentence[1:]}.")]),
         legend(names),
         tag("div", *(_row(c, j, largest) for j in range(c.model.robot.n)), class_="levels"),
     )

@@ -1,0 +1,84 @@
+"""Joints at rest in a score: their dry friction takes the value inside its band that serves a model best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.column_structure import kept_rows
+from physident.dynamics.model import Model
+from physident.effects.effect import Effect
+from physident.recordings.signals import Filter, Signals
+from physident.recordings.white_noise import white_noise
+
+Array = NDArray[np.float64]
+CREEP = 0.005  # rad/s|m/s: there the sign has turned, and viscous friction is a few per cent of the dry one
+DOUBT = 3.0  # standard deviations of the torque's noise
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RestRows:
+    """What rests mean for the M rows of a regressor.
+
+    ``friction`` (M, n) [N m|N]: what the friction of joints at rest adds to a model's torque, at the best value inside its
+    band; ``moving`` (M, n): rows whose whole filter window holds no rest of that joint; ``outside`` (n,): the share of the
+    samples at rest that are beyond the band.
+    """
+
+    friction: Array
+    moving: NDArray[np.bool_]
+    outside: Array
+
+
+def rest_rows(model: Model, signals: Sequence[Signals], filter: Filter) -> RestRows:
+    """The rests of signals as a model explains them, in the rows that ``build_regressor`` keeps."""
+    friction, moving = [], []
+    beyond, resting = np.zeros(model.robot.n), np.zeros(model.robot.n)
+    for one in signals:
+        at_rest = _at_rest(one)
+        added, out = _best_friction(model, one, at_rest)
+        beyond, resting = beyond + out.sum(axis=0), resting + at_rest.sum(axis=0)
+        length = len(filter.taps(one.rate))
+        for piece in kept_rows(model.robot, one, filter, moving_only=True):
+            friction.append(filter.apply(added[piece.samples].T, one.rate)[:, piece.rows].T)
+            before = np.concatenate([np.zeros((1, model.robot.n)), np.cumsum(at_rest[piece.samples], axis=0)])
+            first = piece.rows * filter.decimation(one.rate)
+            moving.append(before[first + length] == before[first])
+    return RestRows(
+        friction=np.concatenate(friction),
+        moving=np.concatenate(moving),
+        outside=beyond / np.maximum(resting, 1),
+    )
+
+
+def _at_rest(signals: Signals) -> NDArray[np.bool_]:
+    """Which samples (N, n) of each joint are at rest."""
+    if signals.rests is None:
+        return np.zeros(signals.q.shape, dtype=bool)
+    return np.column_stack([rests.mask(len(signals.time)) for rests in signals.rests])
+
+
+def _best_friction(model: Model, signals: Signals, at_rest: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """The change (N, n) [N m|N] of friction at rest that serves a model best, and which samples lie beyond its band."""
+    if not at_rest.any():
+        return np.zeros(at_rest.shape), at_rest
+    assert signals.torque is not None
+    referred = model.refer(signals)
+    # at a slow creep every dry friction is at its level, whatever the recording says of the sign
+    creeping = replace(referred, v=np.full_like(signals.v, CREEP), velocity_std=None, rests=None, transition=None)
+    predicted, now, level = model.torque(signals), np.zeros(at_rest.shape), np.zeros(at_rest.shape)
+    for effect, theta in model.effect_parameters():
+        if effect.dry:
+            now += _torque(model, effect, theta, referred)
+            level += _torque(model, effect, theta, creeping)
+    wanted, level = now + signals.torque - predicted, np.abs(level)
+    beyond = at_rest & (np.abs(wanted) > level + DOUBT * white_noise(signals.torque))
+    return np.where(at_rest, np.clip(wanted, -level, level) - now, 0.0), beyond
+
+
+def _torque(model: Model, effect: Effect, theta: Array, signals: Signals) -> Array:
+    parts = [effect.regressor(model.robot, signals.part(samples)) @ theta for samples in signals.segments]
+    return np.concatenate(parts)

@@ -1,0 +1,77 @@
+"""How uncertain dry friction leaves each row: near standstill its sign is not known, at rest it is any value in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor, with_transition
+from physident.effects.effect import Effect
+from physident.effects.friction import sign_spread
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+CREEP = 0.01  # rad/s|m/s: there the sign has turned, and viscous friction is a few per cent of the dry one
+ROUNDS = 3  # of weights and residual's size, each from the other; the second changes weights by a few per cent
+
+
+def spread_rows(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals], filter: Filter) -> Array:
+    """Standard deviation (M, n) of the filtered sign of each joint's velocity, in each row of the effects' regressor."""
+    signals = [with_transition(robot, effects, one) for one in signals]
+    return build_regressor(robot, [_SignSpread()], signals, filter).predict(np.ones(robot.n))
+
+
+def dry_level(model: Model) -> Array:
+    """The dry friction (n,) [N m|N] of each joint of a model: its friction at a slow creep."""
+    level = np.zeros(model.robot.n)
+    for effect, theta in model.effect_parameters():
+        friction = effect.friction(model.robot, np.array([CREEP]))[:, 0]
+        for column, one, value in zip(effect.columns(model.robot), friction, theta, strict=True):
+            level[column.joint - 1] += one * value
+    return np.maximum(level, 0.0)
+
+
+def rest_weights(spread: Array, level: Array, residual: Array, counted: NDArray[np.bool_]) -> Array:
+    """Weights (M, n) of rows, at most one: those of the noise's variance in its sum with the dry friction's.
+
+    ``spread`` (M, n) is that of ``spread_rows``, ``level`` (n,) [N m|N] the dry friction, ``residual`` (M, n) [N m|N] what
+    a model leaves, whose size apart from dry friction is taken from the rows themselves.
+    """
+    friction = (level * spread) ** 2
+    weights = np.ones_like(residual)
+    for _ in range(ROUNDS):
+        trusted = weights**2 * counted
+        variance = (trusted * (weights * residual) ** 2).sum(axis=0) / np.maximum(trusted.sum(axis=0), 1e-300)
+        weights = 1 / np.sqrt(1 + friction / np.maximum(variance, 1e-300))
+    return weights
+
+
+def row_weights(
+    robot: Robot,
+    effects: tuple[Effect, ...],
+    regressor: Regressor,
+    theta: Array,
+    signals: Sequence[Signals],
+    filter: Filter,
+) -> Array:
+    """Weights (M, n) of the regressor's rows for a model with values ``theta`` (p,): see ``rest_weights``."""
+    residual = regressor.torque - regressor.predict(theta)
+    level = dry_level(Model(robot, effects, theta))
+    return rest_weights(spread_rows(robot, effects, signals, filter), level, residual, regressor.counted)
+
+
+@dataclass(frozen=True)
+class _SignSpread(Effect):
+    """The standard deviation of the sign of each joint's velocity; never part of a model."""
+
+    name: ClassVar[str] = "sign_spread"
+    unit: ClassVar[str] = "1"
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return sign_spread(signals, range(robot.n))

@@ -1,0 +1,66 @@
+"""The speed over which each joint's dry friction turns, where a model leaves it open: zero where the joint sticks.
+
+It is chosen joint by joint: the one with which the joint's rows leave least, after all its other columns are refitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.effect import Effect
+from physident.effects.friction import CoulombFriction
+from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.signals import Filter, Signals
+from physident.robots.robot import Robot
+
+Array = NDArray[np.float64]
+WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s|m/s
+
+
+def with_transitions(
+    robot: Robot,
+    effects: tuple[Effect, ...],
+    regressor: Regressor,
+    signals: Sequence[Signals],
+    filter: Filter,
+    theta: Array,
+) -> tuple[tuple[Effect, ...], Regressor]:
+    """The effects with every width of Coulomb friction set, and their regressor; ``theta`` (p,) are values of the effects."""
+    places = [i for i, e in enumerate(effects) if isinstance(e, CoulombFriction) and e.smoothing is None]
+    if not places:
+        return effects, regressor
+    weights = row_weights(robot, effects, regressor, theta, signals, filter)
+    found = list(effects)
+    for place in places:
+        effect = effects[place]
+        tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter) for width in WIDTHS]
+        independent = find_base_parameters(robot, effects).independent
+        widths = [_best_width(regressor, tried, weights, j, k, independent) for k, j in enumerate(effect.active(robot))]
+        found[place] = replace(effect, smoothing=tuple(widths))
+    dry = [effect for effect in found if effect.dry]
+    owner = [effect for effect in found for _ in effect.columns(robot)]
+    columns = np.array([i for i, effect in enumerate(owner) if effect.dry], dtype=np.intp)
+    fresh = build_regressor(robot, dry, signals, filter, model=Model(robot, tuple(found), theta))
+    return tuple(found), regressor.with_columns(fresh, columns)
+
+
+def _best_width(
+    regressor: Regressor, tried: list[Regressor], weights: Array, j: int, k: int, independent: NDArray[np.intp]
+) -> float:
+    """The width [rad/s|m/s] with which the rows of joint j (index) leave least; ``k`` is its column in the tried ones."""
+    rows, w = regressor.joints[j], weights[:, j, None]
+    signs = np.column_stack([one.joints[j].values[:, list(one.joints[j].columns).index(k)] for one in tried])
+    own = f"coulomb_friction_{j + 1}"
+    others = [i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own]
+    stacked = np.column_stack([rows.values[:, others], signs, regressor.torque[:, j]]) * w
+    R = np.linalg.qr(stacked, mode="r")[len(others) :, len(others) :]
+    S, y = R[:, :-1], R[:, -1]
+    gains = (S.T @ y) ** 2 / np.maximum((S**2).sum(axis=0), 1e-300)
+    return float(WIDTHS[int(np.argmax(gains))])

@@ -1,0 +1,1 @@
+"""Export of a model as MJCF, the language of MuJoCo, and into a user's own MJCF. Start with ``mjcf.export_mjcf``."""

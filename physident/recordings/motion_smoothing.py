@@ -1,0 +1,188 @@
+"""Position, velocity and acceleration of one joint together, from all that a recording says about its motion.
+
+Position and velocity are two noisy measurements of one motion. Where its jerk is white noise, the motion that fits both
+best is the solution of one banded system of equations: a Kalman smoother over the whole recording (Rauch, Tung, Striebel,
+"Maximum likelihood estimates of linear dynamic systems" (1965), in its information form). The variances come from the
+recording: they are those that make it most likely.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+BAND = 5  # off-diagonals of the normal matrix of three states a sample, each coupled to the next sample's
+SHOWN = 1000  # samples from which the variances are estimated: their relative error is then a few per cent
+ROUGH = 9  # samples of a local parabola
+STEP = 2.0  # natural logarithm of the first step of each variance; halved until it is below SETTLED
+SETTLED = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionNoise:
+    """What is uncertain about one joint's motion: standard deviations of its position [rad|m] and velocity [rad/s|m/s],
+    infinite where velocity is not measured; that of the ``clock`` [s], which matters the more the faster the joint; and the
+    power density of its jerk [(rad/s^3)^2/Hz]."""
+
+    position: float
+    velocity: float
+    clock: float
+    jerk: float
+
+    @property
+    def position_range(self) -> float:
+        """Range [rad|m] in which the positions of a resting joint stay: that of a uniform error, such as rounding."""
+        return np.sqrt(12) * self.position
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedMotion:
+    """The most likely ``q``, ``v``, ``a`` (N,) of one joint, the standard deviation ``v_std`` [rad/s|m/s] of ``v``, and the
+    ``noise`` it was found with."""
+
+    q: Array
+    v: Array
+    a: Array
+    v_std: float
+    noise: MotionNoise
+
+
+def smooth_motion(q: Array, dq: Array | None, rate: float, noise: MotionNoise) -> SmoothedMotion:
+    """The most likely motion of one joint from positions (N,) and, where measured, velocities (N,) at ``rate`` [Hz]."""
+    states, _ = _solve(q, dq, rate, noise, _rough_motion(q, rate))
+    return SmoothedMotion(
+        q=states[:, 0], v=states[:, 1] * rate, a=states[:, 2] * rate**2, v_std=_velocity_std(rate, noise), noise=noise
+    )
+
+
+def encoder_step(q: Array) -> float:
+    """The smallest difference [rad|m] between two of the positions (N,) that were recorded: the encoder's step, if it has one."""
+    gaps = np.diff(np.unique(q))
+    return float(gaps.min()) if len(gaps) else 0.0
+
+
+def estimate_noise(q: Array, dq: Array | None, rate: float, encoder_step: float) -> MotionNoise:
+    """The noise that makes a recorded motion of one joint most likely; position noise is at least that of rounding to
+    ``encoder_step`` [rad|m]."""
+    window = _liveliest(q, SHOWN)
+    q, dq = q[window], None if dq is None else dq[window]
+    floor = max(encoder_step / np.sqrt(12), 1e-9 * max(1.0, float(np.abs(q).max())))
+    third = np.diff(q, 3) if len(q) > 8 else np.zeros(1)
+    rough = max(float(np.std(third)) * rate**2.5, 1e-6)
+    first = MotionNoise(
+        position=floor, velocity=np.inf if dq is None else max(floor * rate / 10, 1e-6), clock=1e-3 / rate,
+        jerk=min(rough**2, 100.0),
+    )  # fmt: skip
+    return _most_likely(q, dq, rate, first, floor)
+
+
+def _most_likely(q: Array, dq: Array | None, rate: float, noise: MotionNoise, floor: float) -> MotionNoise:
+    """Coordinate descent over the logarithms of the variances."""
+    names = ["jerk", "clock", "position"] + (["velocity"] if dq is not None else [])
+    moved = _rough_motion(q, rate)
+    best, size = _misfit(q, dq, rate, noise, moved), STEP
+    while size > SETTLED:
+        improved = False
+        for name in names:
+            for sign in (1, -1):
+                while True:
+                    value = getattr(noise, name) * float(np.exp(sign * size / (1 if name == "jerk" else 2)))
+                    if (name == "position" and value < floor) or (name == "clock" and value < 1e-6 / rate):
+                        break
+                    trial = replace(noise, **{name: value})
+                    misfit = _misfit(q, dq, rate, trial, moved)
+                    if not misfit < best - 1e-6:
+                        break
+                    noise, best, improved = trial, misfit, True
+        if not improved:
+            size /= 2
+    return noise
+
+
+def _rough_motion(q: Array, rate: float) -> Array:
+    """Velocity and acceleration (2, N) of positions (N,), good enough for what an uncertain clock makes of them."""
+    from scipy.signal import savgol_filter
+
+    window = min(ROUGH, (len(q) - 1) // 2 * 2 + 1)
+    fits = [savgol_filter(q, window, 2, deriv=order, delta=1 / rate) if window > 2 else 0 * q for order in (1, 2)]
+    return np.array(fits)
+
+
+def _variances(noise: MotionNoise, moved: Array) -> tuple[Array, Array]:
+    """Variance (N,) of each position and velocity."""
+    v, a = moved
+    return noise.position**2 + (noise.clock * v) ** 2, noise.velocity**2 + (noise.clock * a) ** 2
+
+
+def _misfit(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: Array) -> float:
+    """Minus twice the logarithm of the likelihood, but for a constant."""
+    states, determinant = _solve(q, dq, rate, noise, moved)
+    N, jerk = len(q), noise.jerk / rate**5
+    innovation = states[1:] - states[:-1] @ _TRANSITION.T
+    position, velocity = _variances(noise, moved)
+    squares = float(np.einsum("ni,ij,nj->", innovation, _INVERSE, innovation)) / jerk
+    total = squares + determinant + 3 * (N - 1) * np.log(jerk)
+    total += float(((q - states[:, 0]) ** 2 / position + np.log(position)).sum())
+    if dq is not None:
+        total += float(((dq - states[:, 1] * rate) ** 2 / velocity + np.log(velocity)).sum())
+    return float(total)
+
+
+# one step of a motion in units of the sampling interval, and the inverse covariance of what white jerk adds to it
+_TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+_INVERSE = np.linalg.inv(np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2], [1 / 6, 1 / 2, 1.0]]))
+
+
+def _solve(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: Array) -> tuple[Array, float]:
+    """The states (N, 3) in units of the sampling interval, and the logarithm of the normal matrix's determinant."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
+    N = len(q)
+    W = _INVERSE / (noise.jerk / rate**5)
+    before, after, couple = _TRANSITION.T @ W @ _TRANSITION, W, -_TRANSITION.T @ W
+    position, velocity = _variances(noise, moved)
+    measured = (1 / position, np.zeros(N) if dq is None else rate**2 / velocity, np.zeros(N))
+    bands = np.zeros((BAND + 1, N, 3))
+    for row in range(3):
+        for column in range(3):
+            if row <= column:
+                band = bands[BAND + row - column, :, column]
+                band[:-1] += before[row, column]
+                band[1:] += after[row, column]
+                if row == column:
+                    band += measured[row]
+            bands[BAND + row - 3 - column, 1:, column] = couple[row, column]
+    right = np.zeros((N, 3))
+    right[:, 0] = q * measured[0]
+    if dq is not None:
+        right[:, 1] = dq / rate * measured[1]
+    factor = cholesky_banded(bands.reshape(BAND + 1, 3 * N), check_finite=False)
+    states = cho_solve_banded((factor, False), right.ravel(), check_finite=False).reshape(N, 3)
+    return states, 2 * float(np.log(factor[-1]).sum())
+
+
+def _velocity_std(rate: float, noise: MotionNoise) -> float:
+    """Standard deviation [rad/s|m/s] of the smoothed velocity far from both ends of a recording."""
+    from scipy.linalg import solve_discrete_are
+
+    Q = np.linalg.inv(_INVERSE) * noise.jerk / rate**5
+    measured = np.diag([noise.position**-2, (rate / noise.velocity) ** 2])
+    seen = np.eye(2, 3)[: 1 if np.isinf(noise.velocity) else 2]
+    information = seen.T @ measured[: len(seen), : len(seen)] @ seen
+    # in units of the prediction's own spread the equation is well scaled
+    predicted = solve_discrete_are(_TRANSITION.T, seen.T, Q, np.linalg.inv(measured[: len(seen), : len(seen)]))
+    past = np.linalg.inv(predicted)
+    turned = np.diag([1.0, -1.0, 1.0])  # played backwards, a motion has the opposite velocity
+    return float(np.sqrt(np.linalg.inv(past + turned @ past @ turned + information)[1, 1])) * rate
+
+
+def _liveliest(q: Array, length: int) -> slice:
+    """The samples (at most ``length``) in which the position changes most."""
+    if len(q) <= length:
+        return slice(0, len(q))
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))])
+    start = int(np.argmax(travelled[length - 1 :] - travelled[: len(q) - length + 1]))
+    return slice(start, start + length)

@@ -1,0 +1,77 @@
+"""The rests of a joint: stretches of a recording in which its position shows no displacement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+FEWEST = 3  # samples of a rest: two equal positions are a slow crossing as well
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rests:
+    """K rests of one joint: the samples ``start`` to ``stop`` - 1 (K,) of each, and the velocities ``before`` and ``after``
+    it (K,) [rad/s|m/s], NaN where the recording has none."""
+
+    start: Index
+    stop: Index
+    before: Array
+    after: Array
+
+    def part(self, start: int, stop: int) -> Rests:
+        """The rests that touch some samples, numbered from the first of these; they may begin before it."""
+        chosen = (self.stop > start) & (self.start < stop)
+        return Rests(
+            start=self.start[chosen] - start,
+            stop=self.stop[chosen] - start,
+            before=self.before[chosen],
+            after=self.after[chosen],
+        )
+
+    def samples(self, count: int) -> tuple[Index, Index, Array]:
+        """Of ``count`` samples those at rest: their index, which rest they are of, and how far (0 to 1) into it they are."""
+        length = self.stop - self.start
+        which = np.repeat(np.arange(len(length)), length)
+        inside = np.arange(len(which)) - np.repeat(np.cumsum(length) - length, length)
+        index = self.start[which] + inside
+        kept = (index >= 0) & (index < count)
+        return index[kept], which[kept], ((inside + 0.5) / length[which])[kept]
+
+    def mask(self, count: int) -> NDArray[np.bool_]:
+        """Which of ``count`` samples are at rest."""
+        result = np.zeros(count, dtype=bool)
+        result[self.samples(count)[0]] = True
+        return result
+
+    @staticmethod
+    def joined(parts: list[Rests], lengths: list[int]) -> Rests:
+        """The rests of parts of a recording that have some ``lengths``, laid end to end."""
+        first = np.cumsum([0, *lengths[:-1]])
+        return Rests(
+            start=np.concatenate([part.start + at for part, at in zip(parts, first, strict=True)]),
+            stop=np.concatenate([part.stop + at for part, at in zip(parts, first, strict=True)]),
+            before=np.concatenate([part.before for part in parts]),
+            after=np.concatenate([part.after for part in parts]),
+        )
+
+
+def find_rests(q: Array, v: Array, position_range: float) -> Rests:
+    """The longest stretches of at least three samples in which positions (N,) [rad|m] of one joint stay within a range.
+
+    ``position_range`` [rad|m] is that of the errors of positions; ``v`` (N,) are velocities [rad/s|m/s].
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    half = FEWEST // 2
+    still = (maximum_filter1d(q, FEWEST) - minimum_filter1d(q, FEWEST))[half : len(q) - half] <= position_range
+    centre = np.flatnonzero(still) + half
+    breaks = np.flatnonzero(np.diff(centre) > 1)
+    first, last = (centre[np.r_[0, breaks + 1]], centre[np.r_[breaks, -1]]) if len(centre) else (centre, centre)
+    start, stop = first - half, last + half + 1
+    before = np.where(start > 0, v[np.maximum(start - 1, 0)], np.nan)
+    after = np.where(stop < len(q), v[np.minimum(stop, len(q) - 1)], np.nan)
+    return Rests(start=start, stop=stop, before=before, after=after)

@@ -1,0 +1,56 @@
+"""The sign of a joint's velocity as far as a recording tells it: its expectation, and what remains uncertain.
+
+Dry friction is a set at zero speed: while a joint rests, its friction takes any value up to the breakaway torque. The sign is
+therefore not read off a noisy velocity. It is the expectation of sgn v over one sample, given the velocity's uncertainty;
+while the position shows that the joint rests, it passes from the sign before to the sign after.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.recordings.rests import Rests
+
+Array = NDArray[np.float64]
+UNIFORM = 3**-0.5  # standard deviation of a number anywhere between -1 and 1
+EDGE = 2  # samples by which the beginning and the end of a rest are uncertain
+SURE = 1e-9  # rad/s|m/s: a velocity is never known better
+
+
+def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tuple[Array, Array]:
+    """The sign of one joint's velocity (N,), and its standard deviation (N,), which one crossing or rest has in common.
+
+    During a sample the velocity [rad/s|m/s] passes from ``v - half`` to ``v + half``; ``std`` is the standard deviation of
+    ``v``, or the width over which the arm's own friction turns, or both in quadrature. At rest the sign of a joint that turns
+    back passes straight from one to the other; one that goes on lets go in between; before the first and after the last
+    motion nothing is known, and the sign is zero.
+    """
+    sign = expected_sign(v, half, std)
+    spread = np.sqrt(np.maximum(1 - sign**2, 0.0)) * std / np.hypot(std, np.abs(half) + SURE)
+    if rests is not None and len(rests.start):
+        index, which, u = rests.samples(len(v))
+        ends = np.nan_to_num(expected_sign(np.array([rests.before, rests.after]), np.zeros((2, 1)), std))
+        before, after = ends[0, which], ends[1, which]
+        through = before + (after - before) * u
+        sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
+        # the first and last samples of a rest are as uncertain as its middle: when it begins and ends is known to a sample or two
+        blurred = np.unique(np.clip(index[:, None] + np.arange(-EDGE, EDGE + 1), 0, len(v) - 1))
+        spread[blurred] = np.maximum(spread[blurred], UNIFORM)
+    return sign, spread
+
+
+def expected_sign(v: Array, half: Array, std: float) -> Array:
+    """Expected mean of sgn over velocities from ``v - half`` to ``v + half`` (N,), of which ``v`` has an uncertainty."""
+    from scipy.special import erf
+
+    std = max(std, SURE)
+    small = np.abs(half) < 1e-3 * std  # the mean over the sample is then the value in its middle
+    step = np.where(small, std, half)
+
+    def integral(x: Array) -> Array:
+        z = x / (np.sqrt(2) * std)
+        return x * erf(z) + std * np.sqrt(2 / np.pi) * np.exp(-(z**2))
+
+    mean = (integral(v + step) - integral(v - step)) / (2 * step)
+    return np.clip(np.where(small, erf(v / (np.sqrt(2) * std)), mean), -1.0, 1.0)

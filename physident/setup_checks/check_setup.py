@@ -1,0 +1,73 @@
+"""All checks of a set-up, in the order in which one mistake hides another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from physident.errors import InputError, warn
+from physident.recordings.recording import Recording
+from physident.robots.robot import Robot
+from physident.setup_checks.channel import check_channel
+from physident.setup_checks.finding import SetupFinding
+from physident.setup_checks.gravity import check_gravity, fits_well
+from physident.setup_checks.joint_fit import moments_of
+from physident.setup_checks.order import check_labels, check_order
+from physident.setup_checks.position import check_positions
+from physident.setup_checks.rows import rows_of
+from physident.setup_checks.samples import check_samples
+from physident.setup_checks.timing import check_delay
+from physident.setup_checks.velocity import check_velocity
+
+
+def check_setup(robot: Robot | None, recordings: Recording | Sequence[Recording]) -> tuple[SetupFinding, ...]:
+    """What is wrong with the way recordings were made or declared, and what their effort channel is; empty where all is well.
+
+    Held against each other are the channels of the recordings themselves, and, unless ``robot`` is None, efforts and
+    positions against the description's gravity, inertia and limits and against the passivity of friction. Findings whose
+    ``void`` is True make a model of these recordings wrong. Raises InputError for recordings with other numbers of joints.
+    """
+    chosen = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not chosen:
+        return ()
+    for recording in chosen:
+        expected = chosen[0].n if robot is None else robot.n
+        if recording.n != expected:
+            whose = "the first recording" if robot is None else f"robot {robot.name}"
+            raise InputError(
+                f"{recording.source}: {recording.n} joints, but {whose} has {expected}; check --robot and --columns"
+            )
+    found = [*check_velocity(chosen), *check_samples(chosen)]
+    if robot is not None and not any(finding.kind == "position_velocity_swapped" for finding in found):
+        found += _of_robot(robot, chosen)
+    return tuple(sorted(found, key=lambda finding: not finding.void))
+
+
+def warn_of_setup(robot: Robot, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Warn of everything that is wrong with a set-up, and return what was said."""
+    texts = tuple(str(finding) for finding in check_setup(robot, recordings) if not finding.note)
+    for text in texts:
+        warn(text)
+    return texts
+
+
+def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFinding]:
+    """What positions and efforts say about the description: the first mistake, since it would spoil the checks after it."""
+    rows = rows_of(robot, recordings)
+    if rows is None:
+        return
+    moments = moments_of(rows)
+    first = (
+        check_positions(rows, moments, unit=True)
+        or check_order(rows, moments)
+        or check_labels(rows, moments)
+        or check_positions(rows, moments, unit=False)
+        or check_gravity(rows, moments, recordings[0].effort_kind)
+    )
+    if first is not None:
+        yield first
+        return
+    channel = check_channel(rows, moments, recordings)
+    if channel is not None:
+        yield channel
+    if fits_well(moments) and (delay := check_delay(rows)) is not None:
+        yield delay
