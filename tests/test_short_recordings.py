@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import physident as pid
-from physident.recordings.layout import Channels
+from physident.recordings.channels import Channels
 from physident.recordings.rows import recording_from_rows
 from tests.test_identify import COULOMB, VISCOUS, _recording
 

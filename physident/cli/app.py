@@ -86,18 +86,24 @@ def read_recordings(
     return recordings
 
 
-def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, plot: Path | None = None) -> None:
+def check_outputs(
+    inputs: Iterable[str | Path | None],
+    *outputs: Path | None,
+    plot: Path | None = None,
+    edited: Path | None = None,
+) -> None:
     """Raises InputError for an output that cannot be written, or that would replace an input or a file of another program
     (without --force); called before any work.
 
-    ``inputs`` are files, patterns, or names that are no files, such as that of a built-in robot. None is skipped.
+    ``inputs`` are files, patterns, or names that are no files, such as that of a built-in robot. ``edited`` is a file that
+    the user wants to be changed where it is. None is skipped.
     """
     from physident.graphics.style import FORMATS
     from physident.outputs import check_target, is_standard_output
 
     if plot is not None and plot.suffix.lower() not in FORMATS:
         raise InputError(f"plot {str(plot)!r} has no known ending, expected one of {', '.join(FORMATS)}")
-    given = [path for path in (*outputs, plot) if path is not None]
+    given = [path for path in (*outputs, plot, edited) if path is not None]
     for output in given:
         check_target(output)
     read = [file for source in inputs if source for file in glob.glob(str(source)) or [str(source)]]
@@ -107,7 +113,8 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, pl
     if len(set(places)) < len(places):
         raise InputError(f"output {str(given[-1])!r} is given twice; expected another path for each result")
     for output in given:
-        check_replacement(output)
+        if output != edited:
+            check_replacement(output)
 
 
 def warn_of_rejected(recording: Recording) -> None:

@@ -28,7 +28,7 @@ class Verb(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         plain = args[: args.index("--")] if "--" in args else args
         ctx.meta[FORCED] = FORCE in plain
-        several = {name for option in self.params if getattr(option, "multiple", False) for name in option.opts}
+        several = {name for option in self.params if _takes_files(option) for name in option.opts}
         words = [word for word in plain if word != FORCE]
         try:
             return super().parse_args(ctx, [*repeated(words, several), *args[len(plain) :]])
@@ -71,6 +71,11 @@ class Application(typer.Typer):
 
     def command(self, name: str | None = None, **settings: Any) -> Any:
         return super().command(name, **{"cls": Verb, **settings})
+
+
+def _takes_files(option: Any) -> bool:
+    """Whether an option means several files: one with several values of another kind is repeated, as --lock."""
+    return getattr(option, "multiple", False) and str(getattr(option, "metavar", "")).endswith("...")
 
 
 def repeated(words: Sequence[str], several: set[str]) -> list[str]:

@@ -13,7 +13,7 @@ from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.export.held import Held, held_by
-from physident.export.urdf_edit import Element, edit_urdf, parse_elements
+from physident.export.urdf_edit import Element, edit_urdf, marked, parse_elements
 from physident.files import write_text
 from physident.robots.inertia import about_centre, violations
 from physident.robots.robot import STANDARD_GRAVITY, Robot
@@ -82,7 +82,7 @@ def urdf_of(model: Model) -> UrdfExport:
         merged.append(tuple(other for other in others if _has_inertial(root, other)))
     held = held_by(model, lambda effect, theta: _holds(robot, effect, theta))
     dynamics, negative = _dynamics(held.model)
-    text = edit_urdf(robot.urdf, inertials, dynamics)
+    text = marked(edit_urdf(robot.urdf, inertials, dynamics))
     inexpressible = (*held.lost, *held.measured, *_gravity(robot), *negative)
     return UrdfExport(text, links, tuple(merged), held.folded, inexpressible, held)
 

@@ -112,9 +112,9 @@ def diagnose(
     )
     nominal = model is None
     layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)
-    joints = (start.model if isinstance(start, Estimate) else start).robot.joint_names
-    loaded = read_recordings(recordings, layout, drive_gains, joints=joints)
-    unseen = read_recordings(holdouts, layout, drive_gains, joints=joints) if holdouts else []
+    named = (start.model if isinstance(start, Estimate) else start).robot.joint_names
+    loaded = read_recordings(recordings, layout, drive_gains, joints=named)
+    unseen = read_recordings(holdouts, layout, drive_gains, joints=named) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     with busy("searching") as say:
         found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
