@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.recordings.layout import Channels
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
 from tests.bad_input.good import URDF
 
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])

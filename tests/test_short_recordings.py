@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import physident as pid
 from physident.recordings.channels import Channels
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.recording import recording_from_rows
 from tests.test_identify import COULOMB, VISCOUS, _recording
 
 RATE = 125.0
