@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.classification import Family
-from physident.effects.effect import Array, Effect, ShapeParameter
+from physident.effects.effect import Array, Cone, Effect, ShapeParameter, nonnegative
 from physident.effects.friction import CoulombFriction
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -23,7 +23,7 @@ class PreslidingHysteresis(Effect):
 
     The deflection z [rad] reaches +-xs, the presliding ``distance`` [rad]; the sliding friction is s xs. After a gap z
     starts at zero again, and the rows of the first 3 xs of travel are left out. Source: Dahl, "A solid friction model"
-    (1968), eq. 3 with exponent 1.
+    (1968), eq. 3 with exponent 1. Cone: s >= 0.
     """
 
     distance: tuple[float, ...] | None = None
@@ -59,6 +59,10 @@ class PreslidingHysteresis(Effect):
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
         return self.shape_values(robot, "distance")[:, None] * np.sign(speeds)
+
+    def cones(self, robot: Robot) -> tuple[Cone, ...]:
+        """A bristle that deflects holds back."""
+        return (nonnegative(len(self.active(robot))),)
 
     def state_size(self, robot: Robot) -> int:
         return len(self.active(robot))
