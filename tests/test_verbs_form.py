@@ -36,7 +36,7 @@ def test_a_pattern_after_holdout_never_ends_among_the_diagnosed_recordings(
 ) -> None:
     seen: list[list[str]] = []
 
-    def read(paths: list[str], *_: object) -> list:
+    def read(paths: list[str], *_: object, **__: object) -> list:
         seen.append(list(paths))
         return []
 
