@@ -1,6 +1,8 @@
 """One-line errors: what was found, what was expected, and what to do."""
 
+import difflib
 import warnings
+from collections.abc import Iterable
 
 
 class PhysidentError(Exception):
@@ -17,6 +19,13 @@ class NotSolvedError(PhysidentError):
     """An estimation or design problem that ended without a certified solution (exit code 3)."""
 
     exit_code = 3
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The end of a message about an unknown name: the known one that is nearest, or that contains it; or nothing."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, n=1) or [one for one in names if name and str(name) in one]
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 class PhysidentWarning(UserWarning):

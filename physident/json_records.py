@@ -55,11 +55,12 @@ class RecordReader:
         return self._plain(kind, value, where)
 
     def _union(self, kinds: tuple[Any, ...], value: Any, where: str) -> Any:
-        """The one kind beside None, or, beside a Literal, the kind for what is no text."""
+        """The kind that a text, a list or anything else can be, out of several; the first where none of them fits."""
         if value is None and type(None) in kinds:
             return None
         kinds = tuple(kind for kind in kinds if kind is not type(None))
-        fitting = [kind for kind in kinds if (get_origin(kind) is Literal) == isinstance(value, str)]
+        form = next((one for one in (str, list) if isinstance(value, one)), None)
+        fitting = [kind for kind in kinds if _form(kind) is form]
         return self.read((fitting or kinds)[0], value, where)
 
     def _plain(self, kind: type, value: Any, where: str) -> Any:
@@ -102,3 +103,11 @@ class RecordReader:
         text = repr(value)
         shown = text if len(text) < LONGEST else f"{text[: LONGEST - 3]}..."
         return InputError(f"{where} is {shown}, expected {expected}; {self.remedy}")
+
+
+def _form(kind: Any) -> type | None:
+    """How JSON writes a kind: as text, as a list, or as anything else (None)."""
+    origin = get_origin(kind)
+    if kind is str or origin is Literal:
+        return str
+    return list if origin is tuple else None

@@ -152,7 +152,7 @@ def test_the_command_writes_json_and_the_extended_model(
     model, out, report = (tmp_path / name for name in ("model.json", "extended.json", "diagnosis.json"))
     estimate.save(model)
     arguments = ["diagnose", "--model", str(model), "--json", str(report), "--out", str(out)]
-    assert run([*arguments, "--holdout", changed[1].source, changed[0].source]) == 0
+    assert run([*arguments, changed[0].source, "--holdout", changed[1].source]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("what is different from when the model was identified: ")
     assert len(printed.splitlines()) < 50

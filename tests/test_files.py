@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from physident import InputError
-from physident.files import check_target, read_text, write_text, write_with
+from physident.files import read_text, write_text
+from physident.outputs import check_target, write_with
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:

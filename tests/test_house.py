@@ -18,6 +18,8 @@ from tests.conftest import ROOT
 # name, and may import from its floor and the floors below.
 FLOORS = (
     "errors",
+    "threads",
+    "outputs",
     "files",
     "json_records",
     "robots",

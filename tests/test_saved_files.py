@@ -56,6 +56,14 @@ def test_trajectory_file() -> None:
     assert np.ptp(q, axis=0).min() > 0.1
 
 
+def test_a_diagnosis_without_the_files_of_its_models_is_read(tmp_path: Path) -> None:
+    """As earlier versions wrote it."""
+    text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
+    del text["model_file"], text["extended_file"]
+    (tmp_path / "old.json").write_text(json.dumps(text))
+    assert read_diagnosis(tmp_path / "old.json").model_file is None
+
+
 def test_diagnosis_file() -> None:
     text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
     record = read_diagnosis(FILES / "diagnosis.json")

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from physident.cli.options import parse_numbers
+from physident.cli.progress import busy, progress, share_done
+from physident.cli.replacement import check_replacement
+from physident.cli.verb import Application
 from physident.errors import InputError, warn
+from physident.files import VERSION
 
 if TYPE_CHECKING:
     from physident.recordings.recording import Recording
 
+__all__ = ["app", "busy", "check_outputs", "progress", "read_recordings", "share_done", "write_result"]  # for the verbs
 COMMANDS = {  # by folder, in the order of --help
     "recordings": ("demo", "inspect", "design", "simulate"),
     "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export", "replay"),
@@ -36,16 +40,29 @@ class GroupedCommands(TyperGroup):
                 formatter.write_dl(rows)
 
 
-app = typer.Typer(
+app = Application(
     name="physident",
     cls=GroupedCommands,
     help="Identify the dynamics of robot arms from recordings, and find what their simulation gets wrong.",
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 
-T = TypeVar("T")
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"physident {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def start(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Identify the dynamics of robot arms from recordings, and find what their simulation gets wrong."""
 
 
 def read_recordings(
@@ -69,25 +86,35 @@ def read_recordings(
     return recordings
 
 
-def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None, plot: Path | None = None) -> None:
-    """Raises InputError for an output that cannot be written, or that would replace an input; called before any work.
+def check_outputs(
+    inputs: Iterable[str | Path | None],
+    *outputs: Path | None,
+    plot: Path | None = None,
+    edited: Path | None = None,
+) -> None:
+    """Raises InputError for an output that cannot be written, or that would replace an input or a file of another program
+    (without --force); called before any work.
 
-    ``inputs`` are files, patterns, or names that are no files, such as that of a built-in robot. None is skipped.
+    ``inputs`` are files, patterns, or names that are no files, such as that of a built-in robot. ``edited`` is a file that
+    the user wants to be changed where it is. None is skipped.
     """
-    from physident.files import check_target
     from physident.graphics.style import FORMATS
+    from physident.outputs import check_target, is_standard_output
 
     if plot is not None and plot.suffix.lower() not in FORMATS:
         raise InputError(f"plot {str(plot)!r} has no known ending, expected one of {', '.join(FORMATS)}")
-    given = [path for path in (*outputs, plot) if path is not None]
+    given = [path for path in (*outputs, plot, edited) if path is not None]
     for output in given:
         check_target(output)
     read = [file for source in inputs if source for file in glob.glob(str(source)) or [str(source)]]
-    places = [os.path.realpath(path) for path in given]
+    places = ["-" if is_standard_output(path) else os.path.realpath(path) for path in given]
     if replaced := [path for path in read if os.path.exists(path) and os.path.realpath(path) in places]:
         raise InputError(f"output {replaced[0]!r} is also read by this command; expected another path to write to")
     if len(set(places)) < len(places):
         raise InputError(f"output {str(given[-1])!r} is given twice; expected another path for each result")
+    for output in given:
+        if output != edited:
+            check_replacement(output)
 
 
 def warn_of_rejected(recording: Recording) -> None:
@@ -101,50 +128,12 @@ def warn_of_rejected(recording: Recording) -> None:
         warn(f"{recording.source}: columns ignored: {_listed(recording.ignored)}")
 
 
-def progress(items: Iterable[T], activity: str) -> Iterator[T]:
-    """The items, with a progress bar on standard error after two seconds."""
-    import time
+def write_result(path: Path | None, kind: str, data: dict[str, Any]) -> None:
+    """Write a verb's result as JSON of schema physident.<kind>/1, where --json was given."""
+    from physident.files import write_json
 
-    listed = list(items)
-    bar = None
-    start = time.monotonic()
-    try:
-        for index, item in enumerate(listed):
-            if bar is None and time.monotonic() - start > 2:
-                from rich.console import Console
-                from rich.progress import Progress
-
-                bar = Progress(console=Console(stderr=True), transient=True)
-                bar.start()
-                bar.add_task(activity, total=len(listed))
-            if bar is not None:
-                bar.update(bar.task_ids[0], completed=index)
-            yield item
-    finally:
-        if bar is not None:
-            bar.stop()
-
-
-@contextmanager
-def busy(activity: str) -> Iterator[None]:
-    """A clock on standard error, after two seconds, for work whose steps cannot be counted."""
-    import threading
-
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    columns = (SpinnerColumn(), TextColumn(activity), TimeElapsedColumn())
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.add_task(activity, total=None)
-    timer = threading.Timer(2, bar.start)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-        if bar.live.is_started:  # stopping a bar that was not started would print an empty line
-            bar.stop()
+    if path is not None:
+        write_json(path, {"schema": f"physident.{kind}/1", **data})
 
 
 def _listed(names: tuple[str, ...]) -> str:

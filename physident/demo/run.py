@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from physident.demo.arms import Truth, healthy_arm, hide
 from physident.diagnosis.diagnose import diagnose_motion
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.dynamics.model import Model
+from physident.errors import InputError
 from physident.estimation.identify import identify
 from physident.excitation.motion.trajectory import random_trajectory
+from physident.files import read_json, write_json
 from physident.recordings.formats.csv import write_csv
 from physident.recordings.load import load_recordings
 from physident.recordings.recording import Recording
@@ -27,6 +30,9 @@ DURATION = 20.0  # s
 BEFORE = ("before_1.csv", "before_2.csv")
 NOW = ("now_1.csv", "now_2.csv")
 UNSEEN = "now_unseen.csv"
+RESULTS = ("model.json", "diagnosis.json", "extended.json", "report.html", "session.rrd")
+FILES = (*BEFORE, *NOW, UNSEEN, *RESULTS)
+LIST, LIST_SCHEMA, MAX_LIST = "demo.json", "physident.demo/1", 100_000  # bytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +71,22 @@ class Demo:
 def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     """Simulate recordings of a UR5 before and after a change that the ``seed`` draws, identify a model, and diagnose it.
 
-    Writes recordings, models, diagnosis, report and rerun session into ``folder``, which is created.
+    Writes recordings, models, diagnosis, report and rerun session into ``folder``, which is created. Raises InputError where
+    the folder has a file of such a name that no demo wrote, or that has changed since.
     """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    _refuse_foreign_files(folder)
+    try:
+        return _run(folder, seed)
+    finally:
+        _list_files(folder)
+
+
+def _run(folder: Path, seed: int) -> Demo:
     from physident.graphics.view import view
     from physident.report.page import write_report
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     robot = load_robot("ur5")
     arm = healthy_arm(robot)
     truth = hide(arm, seed)
@@ -88,6 +103,27 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
     models = [estimate] if diagnosis.estimate is None else [estimate, diagnosis.estimate]
     view(models, [*now, unseen], diagnosis, to=session)
     return Demo(diagnosis, truth, folder, (report, session))
+
+
+def _refuse_foreign_files(folder: Path) -> None:
+    """A file of the demo's names may be the user's: only those that an earlier demo listed are replaced."""
+    listed, mine = folder / LIST, {}
+    if listed.exists():
+        data = read_json(listed, MAX_LIST, "the list of a demo's files", LIST_SCHEMA)
+        mine = data["sha256"] if isinstance(data.get("sha256"), dict) else {}
+    for name in FILES:
+        if (folder / name).exists() and mine.get(name) != _sha256(folder / name):
+            raise InputError(f"{folder / name} exists, and no demo wrote it; expected a folder without it (--folder)")
+
+
+def _list_files(folder: Path) -> None:
+    """Write the list of the demo's files with their hashes, by which another demo knows them."""
+    hashes = {name: _sha256(folder / name) for name in FILES if (folder / name).exists()}
+    write_json(folder / LIST, {"schema": LIST_SCHEMA, "sha256": hashes})
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _recorded(arm: Model, path: Path, seed: int) -> Recording:

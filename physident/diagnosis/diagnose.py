@@ -12,8 +12,13 @@ from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.control import changed_since, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
+<<<<<<< HEAD
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, refuse_repeated
+=======
+from physident.diagnosis.problem.question import choose_question
+from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
+>>>>>>> robust
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
@@ -28,24 +33,26 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
-from physident.errors import InputError
+from physident.errors import InputError, NotSolvedError
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.estimation.transition_width import model_with_transitions
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
+from physident.recordings.signals import Filter, as_filter
 from physident.setup_checks.check_setup import warn_of_setup
+from physident.threads import one_thread
 
 SILENT = 1e-9  # N m a unit: rounding
 
 
+@one_thread
 def diagnose(
     model: Estimate | Model,
     recordings: Recordings,
     holdout: Recordings = (),
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
@@ -69,11 +76,12 @@ def diagnose(
     return diagnose_at_rest(model, recordings)
 
 
+@one_thread
 def diagnose_motion(
     model: Estimate | Model,
     recordings: Recordings,
     holdout: Recordings = (),
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
@@ -88,7 +96,7 @@ def diagnose_motion(
     held against, by default those that the model was fitted to; ``seed`` draws the surrogates. With ``recording_offsets`` a
     constant torque per recording is refitted and never reported. Raises InputError for no recordings, a repeated one, a mixture of fitted and
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
-    before the search.
+    before the search. Raises NotSolvedError where every placebo passes as a cause.
     """
     recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     question = choose_question(model, recordings)
@@ -96,11 +104,12 @@ def diagnose_motion(
     refuse_repeated(model, recordings, holdout)
     estimate = model if isinstance(model, Estimate) else None
     given = model if isinstance(model, Model) else model.model
-    used_filter = estimate.filter if estimate else filter or Filter()
+    used_filter = estimate.filter if estimate else as_filter(filter)
     gains = estimate.drive_gains if estimate else shared_gains(recordings)
     layout = estimate.layout if estimate else columns
     with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
     signals = prepare_all(given.robot, with_torque, used_filter)
+    check_lengths(given, signals, used_filter)
     check_holdout(model, recordings, holdout, used_filter)
     warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
@@ -108,6 +117,8 @@ def diagnose_motion(
         model = given = model_with_transitions(model, signals, used_filter)
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
+    placebos = _placebos(found.last)
+    _refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
@@ -136,7 +147,7 @@ def diagnose_motion(
         after=error_after,
         scored_on="holdout" if holdout else "left-out rows",
         noise_floor=floor,
-        placebos=_placebos(found.last),
+        placebos=placebos,
         unseen=_unseen(found.first),
         unexplained=unexplained,
         recordings=(*_used(recordings, "diagnosed"), *_used(holdout, "holdout")),
@@ -151,13 +162,14 @@ def diagnose_motion(
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
         warnings=warnings,
+        model_file=estimate.path if estimate else None,
     )
 
 
 def _check_options(
     model: Estimate | Model,
     recordings: Sequence[Recording],
-    filter: Filter | None,
+    filter: Filter | float | None,
     columns: str | None,
     recording_offsets: bool,
 ) -> None:
@@ -228,6 +240,15 @@ def _placebos(last: CandidateScores) -> tuple[Placebo, ...]:
         for c, gain in zip(last.hypothesis.data.candidates, last.evidence_without_best_fold, strict=True)
         if c.placebo
     )
+
+
+def _refuse_if_placebos_pass(placebos: Sequence[Placebo]) -> None:
+    """Where columns that cannot be causes all pass as causes, no answer on these recordings means anything."""
+    if placebos and all(placebo.passed for placebo in placebos):
+        raise NotSolvedError(
+            f"all {len(placebos)} placebos, which cannot be causes, exceed the threshold: these recordings cannot be judged;"
+            " inspect them, or record longer motions"
+        )
 
 
 def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:

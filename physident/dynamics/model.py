@@ -17,10 +17,11 @@ from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
+MAX_PRINTED, MAX_VALUES = 15, 6  # effects of a model, and values of an effect, that its printed form shows
 LARGEST = 1e12  # of any parameter in SI units: torques and their squares stay finite
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """Torque of a robot as a sum of effects, tau = sum_e Phi_e(q, v, a) theta_e.
 
@@ -57,6 +58,18 @@ class Model:
     def columns(self) -> tuple[Column, ...]:
         """Name, unit and joint of each parameter, in the order of ``theta``."""
         return tuple(column for effect in self.effects for column in effect.columns(self.robot))
+
+    def __repr__(self) -> str:
+        rows = [f"Model of {self.robot.name}: {self.robot.n} joints, {len(self.theta)} parameters"]
+        for effect, values in self.effect_parameters()[:MAX_PRINTED]:
+            units = {column.unit for column in effect.columns(self.robot)}
+            shown = ", ".join(f"{value:.4g}" for value in values[:MAX_VALUES]) + (
+                ", ..." if len(values) > MAX_VALUES else ""
+            )
+            unit = f" {units.pop()}" if len(units) == 1 else ""
+            rows.append(f"  {effect.name}: {shown}{unit}")
+        more = len(self.effects) - MAX_PRINTED
+        return "\n".join([*rows, *([f"  and {more} more effects"] if more > 0 else [])])
 
     def parameters(self, effect: str) -> Array:
         """The parameters of one effect by name; raises InputError where the model has no such effect."""

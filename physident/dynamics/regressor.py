@@ -27,7 +27,7 @@ class JointRows:
     values: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Regressor:
     """Filtered regressor and torque of M kept instants of n joints, p columns, stored without structural zeros.
 
@@ -44,6 +44,14 @@ class Regressor:
     segment: NDArray[np.intp]
     kept_rate: float
     counted: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        effects = ", ".join(dict.fromkeys(column.effect for column in self.columns))
+        recordings, rows = len(np.unique(self.recording)), len(self.time)
+        return (
+            f"Regressor: {rows} rows at {self.kept_rate:g} Hz of {len(self.joints)} joints, {len(self.columns)} columns,"
+            f" {recordings} recording{'s' * (recordings != 1)}\neffects: {effects}"
+        )
 
     @property
     def Y(self) -> Array:

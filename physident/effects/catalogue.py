@@ -23,7 +23,7 @@ from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.robots.robot import Robot
 
 # the classes take different settings, for which there is no common type
@@ -57,8 +57,11 @@ CATALOGUE: dict[str, Any] = {
 DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 
 
-def make_effects(effects: Iterable[str | Effect]) -> tuple[Effect, ...]:
-    """Effects from names or effect objects; raises InputError for an unknown or repeated effect, or for none."""
+def make_effects(effects: str | Iterable[str | Effect]) -> tuple[Effect, ...]:
+    """Effects from names or effect objects, or from one text of names separated by commas; raises InputError for an unknown
+    or repeated effect, or for none."""
+    if isinstance(effects, str):
+        effects = [name.strip() for name in effects.split(",") if name.strip()]
     result = tuple(effect if isinstance(effect, Effect) else effect_class(effect)() for effect in effects)
     if not result:
         raise InputError(f"no effects given, expected at least one of {', '.join(CATALOGUE)}")
@@ -84,7 +87,9 @@ def described_effects(robot: Robot) -> tuple[Effect, ...]:
 def effect_class(name: str) -> Any:
     """The class of an effect by its name; raises InputError for a name that the catalogue does not have."""
     if name not in CATALOGUE:
-        raise InputError(f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}")
+        raise InputError(
+            f"effect {name!r} is unknown, expected some of {', '.join(CATALOGUE)}{did_you_mean(name, CATALOGUE)}"
+        )
     return CATALOGUE[name]
 
 

@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 
 from physident.dynamics.model import Model
+from physident.errors import InputError, did_you_mean
 from physident.estimation.estimate_text import estimate_text
 from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import WLS, estimator_as_dict
 from physident.estimation.physical.certificate import Certificate
+from physident.estimation.results.predictions import Predictions, predictions_of
+from physident.estimation.results.values import value_figure, value_frame
 from physident.files import write_json
 from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.load import Recordings, as_recordings
+from physident.recordings.preparation import prepare
 from physident.recordings.signals import Filter
 
 SCHEMA = "physident.model/1"
@@ -31,6 +36,41 @@ class Estimate(EstimatedModel):
     def with_cutoff(self, cutoff: float | None) -> Estimate:
         """The estimate with another cutoff [Hz] of its filter; the same estimate where ``cutoff`` is None."""
         return self if cutoff is None else replace(self, filter=replace(self.filter, cutoff=cutoff))
+
+    def __getitem__(self, name: str) -> float:
+        """The value of one parameter by its name, such as "viscous_friction_2", in the unit of its column.
+
+        Raises InputError for a name that the model does not have.
+        """
+        names = [column.name for column in self.model.columns]
+        if name not in names:
+            end = did_you_mean(name, names)
+            raise InputError(f"the model has no parameter {name!r}, expected a name such as {names[-1]!r}{end}")
+        return float(self.theta[names.index(name)])
+
+    def predict(self, recordings: Recordings) -> Predictions:
+        """Filtered torque (M, n) [N m|N] that the model predicts, beside the measured one, for one or several recordings.
+
+        Recordings may be paths or patterns, whose files are read with the model's layout. Currents without drive gains take
+        those of the model. Raises InputError for a recording of another number of joints, and for one that moves for less
+        time than the filter lasts.
+        """
+        robot, signals = self.model.robot, []
+        for recording in as_recordings(recordings, robot, self.layout):
+            if recording.n != robot.n:
+                raise InputError(f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}")
+            signals.append(prepare(recording.with_default_drive_gains(self.drive_gains), self.filter))
+        if not signals:
+            raise InputError("no recordings given, expected at least one")
+        return predictions_of(self.model, signals, self.filter)
+
+    def to_frame(self) -> Any:
+        """The parameters as a pandas frame: joint, effect, value, unit, standard error, 95 % interval."""
+        return value_frame(self)
+
+    def plot(self) -> Any:
+        """A matplotlib figure of the parameters that are identified one by one, with their 95 % intervals."""
+        return value_figure(self)
 
     def save(self, path: str | Path) -> None:
         """Write the estimate as JSON (schema physident.model/1), whole or not at all."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from physident.dynamics.model import Model
+from physident.dynamics.model_entries import read_model
 from physident.errors import InputError
 from physident.estimation.estimate import SCHEMA, Estimate
 from physident.estimation.estimated_model import Source
@@ -36,7 +36,7 @@ class _Entries:
     relative_percent: tuple[NotNegative, ...]
     effective_samples: tuple[NotNegative, ...]
     certificate: Certificate
-    filter: dict
+    filter: Filter
     recordings: tuple[Source, ...]
     columns: str | None
     drive_gains: tuple[float, ...] | None
@@ -54,20 +54,20 @@ def load_estimate(path: str | Path) -> Estimate:
     """The estimate in a model file; raises InputError where the file is missing, no JSON, of another schema, or damaged."""
     data = read_json(path, MAX_BYTES, "a model file that identify wrote", SCHEMA)
     with naming(path, "model", REMEDY):
-        return _from_dict(data)
+        return replace(_from_dict(data), path=str(path))
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
     entries = READER.read(_Entries, {"unsized": [], "warnings": []} | data, "")  # files of older versions have neither
     estimate = Estimate(
-        model=Model.from_dict(data),
+        model=read_model(data, READER),
         estimator=estimator_from_dict(entries.estimator),
         covariance=np.array(entries.covariance),
         sigma=np.array(entries.sigma),
         relative=np.array(entries.relative_percent),
         effective_samples=np.array(entries.effective_samples),
         certificate=entries.certificate,
-        filter=Filter(**entries.filter),
+        filter=entries.filter,
         sources=entries.recordings,
         layout=entries.columns,
         drive_gains=entries.drive_gains,

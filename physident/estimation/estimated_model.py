@@ -46,7 +46,8 @@ class EstimatedModel:
     that came from the data, ``base_shares`` (r,) the same for each base parameter, and ``active_constraints``, the
     constraints that the solution rests on. ``shape_parameters`` are those that were identified rather than given; their
     uncertainty is included in ``covariance``. ``unsized`` are the names of base parameters whose torques would be many times
-    the measured one and cancel one another; ``warnings`` state what is wrong with the recordings' set-up.
+    the measured one and cancel one another; ``warnings`` state what is wrong with the recordings' set-up. ``path`` is that of
+    the file that it was read from.
     """
 
     model: Model
@@ -68,6 +69,7 @@ class EstimatedModel:
     shape_parameters: tuple[FoundShape, ...] = ()
     unsized: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    path: str | None = None
 
     @property
     def method(self) -> str:

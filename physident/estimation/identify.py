@@ -14,13 +14,13 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.estimation.dry_friction.rest_rows import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
 from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.rest_rows import row_weights
 from physident.estimation.robust import robust_least_squares
 from physident.estimation.shape_parameters import quick_fit, settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
@@ -31,20 +31,22 @@ from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
-from physident.recordings.signals import MOVING_SPEED, Filter, Signals
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
 from physident.robots.load import load_robot
 from physident.robots.robot import Robot
 from physident.setup_checks.check_setup import warn_of_setup
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 
 
+@one_thread
 def identify(
     robot: Robot | str | Path,
     recordings: Recordings,
-    effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
+    effects: str | Iterable[str | Effect] = DEFAULT_EFFECTS,
     method: str | Estimator = "wls",
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
     columns: str | None = None,
 ) -> Estimate:
     """Identify the parameters of some effects of a robot from recordings; returns an ``Estimate``.
@@ -52,6 +54,7 @@ def identify(
     ``robot`` may be a name or a path, ``recordings`` one or several recordings, paths or patterns.
     ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
     (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
+    ``effects`` are names or objects, or one text of names separated by commas; ``filter`` may be its cutoff [Hz].
     ``columns`` is the layout of files, stored in the estimate as the default layout of others. Recordings are held against the
     robot's description first, see ``check_setup``: what is wrong is a warning, and in the estimate's ``warnings``. Raises InputError for
     recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
@@ -63,7 +66,7 @@ def identify(
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
-    filter = filter or Filter()
+    filter = as_filter(filter)
     initial = make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)
@@ -71,6 +74,7 @@ def identify(
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
+    _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
         theta = quick_fit(robot, settled, regressor)
         regressor = weight_rows(regressor, row_weights(robot, settled, regressor, theta, signals, filter))
@@ -203,6 +207,19 @@ def smallest_share(P: Array) -> float:
     values = np.linalg.eigvalsh(P)
     size = float(np.abs(values).max())
     return float(values[0]) / size if size > 0 else 0.0
+
+
+def _refuse_brief(recordings: Sequence[Recording], regressor: Regressor) -> None:
+    """A recording whose motion is shorter than the filter leaves no rows, and fewer rows than parameters fit anything."""
+    for index, recording in enumerate(recordings):
+        if not (regressor.recording == index).any():
+            raise InputError(f"{recording.source}: its motion is shorter than the filter; expected seconds of motion")
+    if (rows := int(regressor.counted.sum())) < len(regressor.columns):
+        names = ", ".join(recording.source for recording in recordings)
+        raise InputError(
+            f"{names}: {rows} values are left after the filter, fewer than the {len(regressor.columns)} parameters;"
+            " expected seconds of motion"
+        )
 
 
 def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:

@@ -123,10 +123,10 @@ def solve_step(regressor: Regressor, base: BaseParameters, weights: Array | None
 
 def _noise(regressor: Regressor, residual: Array, base: BaseParameters, full: bool) -> Array:
     """Covariance (n, n) of the residuals, diagonal unless ``full``."""
-    sigma = joint_sigma(regressor, residual, base.r)
+    sigma = np.maximum(joint_sigma(regressor, residual, base.r), noise_floor(regressor))
     if not full:
         return np.diag(sigma**2)
-    size = np.maximum(np.sqrt((residual**2).sum(axis=0)), noise_floor(regressor))
+    size = np.sqrt(len(residual)) * np.maximum(np.sqrt((residual**2).mean(axis=0)), noise_floor(regressor))
     correlation = (residual / size).T @ (residual / size)
     np.fill_diagonal(correlation, 1.0 + 1e-9)  # noise-free data have no rank
     return correlation * np.outer(sigma, sigma)

@@ -11,6 +11,7 @@ from physident.dynamics.regressor import JointRows, Regressor
 from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
+RESOLUTION = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +74,20 @@ def expand(base: BaseParameters, values: Array) -> Array:
 def joint_sigma(regressor: Regressor, residual: Array, parameters: float) -> Array:
     """Residual standard deviation (n,) [N m|N]; the ``parameters`` fitted are charged to the joints in equal parts."""
     freedom = np.maximum(1.0, regressor.counted.sum(axis=0) - parameters / residual.shape[1])
-    return np.maximum(np.sqrt((residual**2).sum(axis=0) / freedom), noise_floor(regressor))
+    return np.maximum(np.sqrt((residual**2).sum(axis=0) / freedom), rounding(regressor))
 
 
-def noise_floor(regressor: Regressor) -> float:
+def rounding(regressor: Regressor) -> float:
     """Standard deviation below which residuals are rounding: noise-free data must not divide by zero."""
     return 1e-12 * max(1.0, float(np.abs(regressor.torque).max()))
+
+
+def noise_floor(regressor: Regressor) -> Array:
+    """Smallest noise (n,) [N m|N] that a joint's rows are weighted by: no torque is known better than ``RESOLUTION``.
+
+    Below it, residuals of noise-free data are what resampling, differences and the filter leave, which says nothing about
+    the joint; weights that followed it would never settle.
+    """
+    size = np.sqrt((regressor.torque**2).mean(axis=0))
+    # a joint that carries next to no torque is not known better than a hundredth of that share of the others
+    return np.maximum(RESOLUTION * np.maximum(size, size.max() / 100), rounding(regressor))

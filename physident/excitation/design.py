@@ -73,9 +73,7 @@ class Design:
             "weighting",
             "limits",
             "seed",
-            "seconds",
-            "processor_seconds",
-        )
+        )  # without the time it took: the same design is the same file
         return {
             "schema": SCHEMA,
             **{key: getattr(self, key) for key in plain},

@@ -22,10 +22,12 @@ from physident.excitation.search.search import GENERATIONS, STARTS
 from physident.excitation.task import task_of
 from physident.recordings.signals import Filter
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 RANDOM_MOTIONS = 5  # of the same length, for comparison
 
 
+@one_thread
 def design_discriminating(
     source: Robot | Model | Estimate,
     effect_a: str,

@@ -24,6 +24,7 @@ from physident.excitation.search.search import GENERATIONS, STARTS, search
 from physident.excitation.task import CHECKED, Task, task_of
 from physident.identifiability.manipulability import measure_manipulability
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 COARSE_NODES = 24  # fewest instants of a period for the genetic algorithm
 MAX_CHECKED = 3  # solutions that are checked on many instants, until one passes
@@ -50,6 +51,7 @@ class Settings:
         check_counts(periods=self.periods, starts=self.starts, generations=self.generations)
 
 
+@one_thread
 def design_trajectory(
     source: Robot | Model | Estimate,
     criterion: str = "condition",

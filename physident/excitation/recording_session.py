@@ -20,6 +20,7 @@ from physident.excitation.limits.joint_limits import joint_margins
 from physident.excitation.limits.workspace import CLEARANCE, Workspace
 from physident.excitation.motion.trajectory import Trajectory
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 SHORTEST = 15.0  # s of a recording: room for blocks of ten correlation lengths and for the filter's ends
 
@@ -76,6 +77,7 @@ class Session:
         )
 
 
+@one_thread
 def design_session(
     source: Robot | Model | Estimate,
     load: float | None = None,

@@ -7,24 +7,26 @@ from pathlib import Path
 from typing import Any
 
 from physident.dynamics.model import Model
+from physident.estimation.estimate import Estimate
 from physident.export.symbolic import SymbolicModel, symbolic_model
-from physident.files import write_text, write_with
+from physident.files import write_text
+from physident.outputs import write_with
 
 PREFIX = "physident"
 
 
-def export_c(model: Model, path: str | Path) -> None:
-    """Write a model as C; raises InputError like ``c_of``, and for a path that cannot be written."""
-    write_text(path, c_of(model))
+def export_c(model: Model | Estimate, path: str | Path) -> None:
+    """Write a model or an estimate as C; raises InputError like ``c_of``, and for a path that cannot be written."""
+    write_text(path, c_of(model.model if isinstance(model, Estimate) else model))
 
 
-def export_casadi(model: Model, path: str | Path) -> None:
+def export_casadi(model: Model | Estimate, path: str | Path) -> None:
     """Write the model's torque as a CasADi function that ``casadi.Function.load`` reads, for planners.
 
     Its arguments are q, v, a and, for a model that remembers or depends on the time, z and t. Raises InputError like
     ``c_of``, and for a path that cannot be written.
     """
-    function = _functions(symbolic_model(model))[0]
+    function = _functions(symbolic_model(model.model if isinstance(model, Estimate) else model))[0]
     write_with(path, lambda temporary: function.save(str(temporary)))
 
 

@@ -16,6 +16,7 @@ from physident.export.parameters import parameters_of
 from physident.export.python import python_of
 from physident.export.urdf import urdf_of
 from physident.files import json_text, write_text
+from physident.outputs import together
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,14 +85,15 @@ def export_files(estimate: Estimate, to: Targets) -> Exported:
             )
         if to.callback is not None and callback is not None:
             texts[to.callback] = callback
-    if to.patch is not None:
-        mjcf = patch_mjcf(model, to.patch, to.mjcf)
-    elif to.mjcf is not None and mjcf is not None:
-        texts[to.mjcf] = mjcf.text
-    for path, text in texts.items():
-        write_text(path, text)
-    if to.casadi is not None:
-        export_casadi(model, to.casadi)
+    with together():
+        if to.patch is not None:
+            mjcf = patch_mjcf(model, to.patch, to.mjcf)
+        elif to.mjcf is not None and mjcf is not None:
+            texts[to.mjcf] = mjcf.text
+        for path, text in texts.items():
+            write_text(path, text)
+        if to.casadi is not None:
+            export_casadi(model, to.casadi)
     if mjcf is not None:
         shown.append(repr(mjcf))
         if mjcf.held.left_out and to.callback is None:

@@ -14,6 +14,7 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
+from physident.estimation.estimate import Estimate
 from physident.files import write_text
 from physident.robots.robot import Robot
 
@@ -66,12 +67,12 @@ def _out_of(R, x):
 '''
 
 
-def export_python(model: Model, path: str | Path) -> None:
-    """Write a Python file with a function ``torque(q, v, a)`` that equals ``Model.torque`` and needs only numpy.
+def export_python(model: Model | Estimate, path: str | Path) -> None:
+    """Write a model or an estimate as a Python file with a function ``torque(q, v, a)`` that equals ``Model.torque`` and needs only numpy.
 
     Raises InputError like ``python_of``, and for a path that cannot be written.
     """
-    write_text(path, python_of(model))
+    write_text(path, python_of(model.model if isinstance(model, Estimate) else model))
 
 
 def python_of(model: Model) -> str:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.estimation.estimate import Estimate
 from physident.export.held import Held, held_by
-from physident.export.urdf_edit import Element, edit_urdf, parse_elements
+from physident.export.urdf_edit import Element, edit_urdf, marked, parse_elements
 from physident.files import write_text
 from physident.robots.inertia import about_centre, violations
 from physident.robots.robot import STANDARD_GRAVITY, Robot
@@ -46,12 +47,12 @@ class UrdfExport:
         return "\n".join(rows)
 
 
-def export_urdf(model: Model, path: str | Path) -> UrdfExport:
-    """Write a model's links, joint damping and friction into its robot's URDF; the rest of the file is kept.
+def export_urdf(model: Model | Estimate, path: str | Path) -> UrdfExport:
+    """Write the links, joint damping and friction of a model or an estimate into its robot's URDF; the rest is kept.
 
     Raises InputError like ``urdf_of``, and for a path that cannot be written.
     """
-    result = urdf_of(model)
+    result = urdf_of(model.model if isinstance(model, Estimate) else model)
     write_text(path, result.text)
     return result
 
@@ -81,7 +82,7 @@ def urdf_of(model: Model) -> UrdfExport:
         merged.append(tuple(other for other in others if _has_inertial(root, other)))
     held = held_by(model, lambda effect, theta: _holds(robot, effect, theta))
     dynamics, negative = _dynamics(held.model)
-    text = edit_urdf(robot.urdf, inertials, dynamics)
+    text = marked(edit_urdf(robot.urdf, inertials, dynamics))
     inexpressible = (*held.lost, *held.measured, *_gravity(robot), *negative)
     return UrdfExport(text, links, tuple(merged), held.folded, inexpressible, held)
 

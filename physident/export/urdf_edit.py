@@ -8,6 +8,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 INDENT = "  "
+MARK = "<!-- identified with physident -->"  # by it, a later export knows that it may replace the file
 
 
 @dataclass
@@ -94,6 +95,14 @@ def edited(text: str, edits: Sequence[Edit]) -> str:
     for edit in sorted(edits, key=lambda e: e.start, reverse=True):
         data = data[: edit.start] + edit.text.encode("utf-8") + data[edit.stop :]
     return data.decode("utf-8")
+
+
+def marked(text: str) -> str:
+    """An XML text with a comment after its root that says what wrote it, once."""
+    if MARK in text:
+        return text
+    stop = parse_elements(text).stop
+    return edited(text, [Edit(stop, stop, f"\n{MARK}")])
 
 
 def child_edits(data: bytes, parent: Element, tag: str, new: str | None) -> list[Edit]:

@@ -87,8 +87,10 @@ def save(fig: Any, path: Any) -> None:
     from pathlib import Path
 
     from physident.errors import InputError
-    from physident.files import write_with
+    from physident.files import VERSION
+    from physident.outputs import write_with
 
     if Path(path).suffix.lower() not in FORMATS:
         raise InputError(f"plot {str(path)!r} has no known ending, expected one of {', '.join(FORMATS)}")
-    write_with(path, lambda temporary: fig.savefig(temporary))
+    field = "Software" if Path(path).suffix.lower() == ".png" else "Creator"  # as the format calls its maker
+    write_with(path, lambda temporary: fig.savefig(temporary, metadata={field: f"physident {VERSION}"}))

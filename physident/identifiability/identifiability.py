@@ -17,6 +17,7 @@ from physident.identifiability.projection import Baseline
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 ZERO = 1e-6  # of the effect's largest column: a smaller column is rounding
@@ -55,6 +56,7 @@ class Identifiability:
         return "\n".join(_text(self))
 
 
+@one_thread
 def measure_identifiability(
     robot: Robot, signals: Sequence[Signals], filter: Filter, baseline: Sequence[Effect] | None = None
 ) -> Identifiability:

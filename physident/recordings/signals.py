@@ -13,6 +13,7 @@ from physident.errors import InputError
 from physident.recordings.rests import Rests
 
 Array = NDArray[np.float64]
+MAX_RATE = 1e5  # Hz, faster than any controller
 MIN_CUTOFF = 0.01  # Hz: the filter then lasts 500 s, longer than any recording's motion
 MOVING_SPEED = 0.02  # rad/s: the moving part lies between the first and last sample with any joint faster than this
 MOVING_MARGIN = 0.2  # s
@@ -33,8 +34,8 @@ class Filter:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.cutoff) and self.cutoff >= MIN_CUTOFF):
             raise InputError(f"cutoff is {self.cutoff} Hz, expected {MIN_CUTOFF} Hz or more; 5 Hz suits most arms")
-        if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
-            raise InputError(f"rate is {self.rate} Hz, expected a positive frequency")
+        if self.rate is not None and not 0 < self.rate <= MAX_RATE:
+            raise InputError(f"rate is {self.rate} Hz, expected a positive frequency up to {MAX_RATE:g} Hz")
 
     def decimation(self, rate: float) -> int:
         """Number of samples for each kept row: at least four rows for each period of the cutoff remain."""
@@ -79,6 +80,17 @@ class Filter:
         return max(0, (samples - length) // self.decimation(rate) + 1)
 
 
+def as_filter(filter: Filter | float | None) -> Filter:
+    """A filter as it is, the filter of a cutoff [Hz], or the default filter; raises InputError for anything else."""
+    if isinstance(filter, Filter):
+        return filter
+    if filter is None:
+        return Filter()
+    if isinstance(filter, bool) or not isinstance(filter, int | float | np.number):
+        raise InputError(f"filter is {filter!r}, expected a cutoff [Hz], such as 8, or Filter(cutoff=8)")
+    return Filter(float(filter))
+
+
 @lru_cache(maxsize=64)
 def _low_pass(length: int, cutoff: float, rate: float) -> Array:
     from scipy.signal import firwin
@@ -88,7 +100,7 @@ def _low_pass(length: int, cutoff: float, rate: float) -> Array:
     return taps
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signals:
     """Motion and torque of n joints at N instants, uniform in time within each contiguous segment.
 
@@ -152,6 +164,11 @@ class Signals:
         if value is None:
             raise InputError(f"{self.source}: an effect needs the model's {name}, expected signals from Model.refer")
         return value
+
+    def __repr__(self) -> str:
+        samples, n = self.q.shape
+        has = ", ".join(name for name in ("torque", "temperature") if getattr(self, name) is not None) or "no torque"
+        return f"Signals of {self.source}: {n} joints, {samples} samples at {self.rate:g} Hz in {len(self.starts)} segments, {has}"
 
     def part(self, samples: slice) -> Signals:
         """The samples of one slice, which must lie within a segment."""

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.files import write_with
 from physident.graphics import style
 from physident.graphics.scene import link_poses, log_arm, tint, tool_path
 from physident.graphics.session.blueprint import Camera
 from physident.graphics.session.log import curve, rgb
 from physident.graphics.session.write import check_session_path
+from physident.outputs import write_with
 from physident.replay.replay import Replayed
 from physident.robots.robot import Robot
 

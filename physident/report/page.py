@@ -9,7 +9,8 @@ from markupsafe import Markup
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.saved import read_diagnosis
 from physident.diagnosis.result.wording import headline
-from physident.files import check_target, write_text
+from physident.files import VERSION, write_text
+from physident.outputs import check_target
 from physident.report.markup import tag
 from physident.report.reread import reread
 from physident.report.sections.advice import advice
@@ -47,7 +48,12 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("meta", charset="utf-8"),
         tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+<<<<<<< HEAD
         tag("title", headline(c.question, c.verdict, c.causes)),
+=======
+        tag("meta", name="generator", content=f"physident {VERSION}"),
+        tag("title", headline(c.question, c.verdict, c.findings)),
+>>>>>>> robust
         tag("style", Markup(STYLE)),
     )
     sections = [

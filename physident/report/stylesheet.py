@@ -18,6 +18,7 @@ p, ul { max-width: 46rem; margin: .5rem 0; }
 .mark b.unexplained { background: #a03a00; }
 .caution { border-left: .3rem solid #E69F00; background: #fff7e6; padding: .4rem .8rem; }
 .fine, small { color: var(--soft); font-size: .85rem; }
+pre { margin: .4rem 0; padding: .4rem .6rem; background: var(--ground); overflow-x: auto; }
 code { font: .85em ui-monospace, "DejaVu Sans Mono", monospace; overflow-wrap: anywhere; }
 article { border-left: .4rem solid; background: var(--ground); padding: .2rem 1rem .6rem; margin: 1rem 0; break-inside: avoid; }
 article h3 { margin-top: .5rem; }

@@ -20,6 +20,7 @@ from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate
 from physident.simulation.radau import ExtraTorque
 from physident.simulation.sensors import Sensors
+from physident.threads import one_thread
 
 IDEAL = Sensors()
 
@@ -75,6 +76,7 @@ class Simulation:
         return self.recording(self.table())
 
 
+@one_thread
 def simulate(
     model: Model,
     trajectory: Motion,

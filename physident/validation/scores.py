@@ -13,6 +13,7 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
+from physident.threads import one_thread
 from physident.validation.predictions import Predictions, predict
 
 Array = NDArray[np.float64]
@@ -105,6 +106,7 @@ class Gain:
         return "\n".join([*rows, f"verdict: the second model is {verdict} (RMS, every joint alike)"])
 
 
+@one_thread
 def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = False) -> Score:
     """Score of a model on recordings, with the model's filter; raises InputError for recordings it was fitted to.
 
@@ -141,6 +143,7 @@ def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Pre
     )
 
 
+@one_thread
 def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: bool = False) -> Gain:
     """The gain of one model over another on recordings that neither was fitted to, both through the same filter.
 

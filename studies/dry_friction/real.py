@@ -49,4 +49,6 @@ def tx40() -> dict[str, list[float]]:
     with tempfile.TemporaryDirectory() as folder:
         files = recordings(Path(folder))
         estimate = pid.identify(robot, [pid.load_recording(files["first"])])
-        return {"TX40, second half": pid.validate(estimate, [pid.load_recording(files["second"])]).relative_all.tolist()}
+        return {
+            "TX40, second half": pid.validate(estimate, [pid.load_recording(files["second"])]).relative_all.tolist()
+        }

@@ -35,12 +35,16 @@ def main() -> None:
             simulated[f"{kind}, {instrument}"] = {**score.as_dict(), "smoothing": widths}
             rows.append(joint_row(f"{kind}, {instrument}", score.relative_all, 1))
     real = real_arms()
-    rows += ["", "relative error [%] of all rows on real recordings that were not fitted", joint_row("arm", range(1, 7), 0)]
+    rows += [
+        "",
+        "relative error [%] of all rows on real recordings that were not fitted",
+        joint_row("arm", range(1, 7), 0),
+    ]
     rows += [joint_row(name, values, 1) for name, values in real.items()]
-    worst = {
-        name: max(simulated[f"dry, {name}"]["relative_percent_all"]) for name in ALLOWED
-    }
-    rows.append("arm that sticks, worst joint: " + ", ".join(f"{n} {w:.1f} (allowed {ALLOWED[n]:g})" for n, w in worst.items()))
+    worst = {name: max(simulated[f"dry, {name}"]["relative_percent_all"]) for name in ALLOWED}
+    rows.append(
+        "arm that sticks, worst joint: " + ", ".join(f"{n} {w:.1f} (allowed {ALLOWED[n]:g})" for n, w in worst.items())
+    )
     keep(Path(__file__).parent, {"simulated": simulated, "real": real}, "\n".join(rows))
     if any(worst[name] > ALLOWED[name] for name in ALLOWED):
         sys.exit("an error on the arm that sticks is larger than allowed")

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from physident.recordings.layout import Channels
 
 import physident as pid
-from physident.recordings.rows import recording_from_rows
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
 from studies.kept import DATA, UR5_GAINS, UR10E_COLUMNS, UR10E_GAINS
 from studies.open_world.bench import plants
 from studies.open_world.world import FirstWorld

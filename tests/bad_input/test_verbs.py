@@ -138,7 +138,7 @@ MOTIONS: dict[str, tuple[Change, str]] = {
     "ragged": ({"a": [[0.1, 0.2], [0.1]]}, "a has a value that is no number"),
     "beyond the limits": ({"q0": [9.0, 0.0]}, "joint 1 goes from"),
     "slow moves": (POINTS | {"points": [[0, 0], [1, 1]], "speed": 1e-9}, "steps"),
-    "gentle moves": (POINTS | {"points": [[0, 0], [1, 1]], "acceleration": 1e-300}, "steps"),
+    "gentle moves": (POINTS | {"points": [[0, 0], [1, 1]], "acceleration": 1e-100}, "steps"),
     "moves to nowhere": (POINTS | {"points": [[0, 0], [0, 0]]}, "without a move"),
     "another kind": ({"kind": "spline"}, "'spline'"),
     "an unknown setting": ({"colour": 1}, "colour"),
@@ -201,7 +201,7 @@ MODELS: dict[str, tuple[str, float, list[str], str]] = {
         "not positive",
     ),
     "friction that drives": ("viscous_friction_1", -90.0, ["simulate", "--trajectory", "t.json", *TO], "joint 1"),
-    "a parameter beyond numbers": ("m_2", 1e300, ["payload", "b.csv"], "m_2 is 1e+300 kg"),
+    "a parameter beyond numbers": ("m_2", 1e140, ["payload", "b.csv"], "m_2 is 1e+140 kg"),
 }
 
 
@@ -240,8 +240,8 @@ def test_one_joint_has_a_table_of_effects(folder: Path, capfd: pytest.CaptureFix
 def test_the_unbroken_files_pass(folder: Path) -> None:
     """What every case breaks is good before."""
     for sensors in ("s.json", "c.json"):
-        assert run([*SIMULATE, "t.json", "--sensors", sensors]) == 0
-    assert run(["simulate", "--model", "m.json", "--trajectory", "u.json", *TO]) == 0
+        assert run([*SIMULATE, "t.json", "--sensors", sensors, "--force"]) == 0
+    assert run(["simulate", "--model", "m.json", "--trajectory", "u.json", *TO, "--force"]) == 0
     assert run(["validate", "b.csv", "--model", "m.json"]) == 0
     assert run(["export", "--model", "m.json", "--urdf", "x.urdf", "--json", "x.json", "--python", "x.py"]) == 0
     gains: dict[str, Any] = {}

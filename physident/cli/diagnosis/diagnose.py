@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from physident.cli.app import app, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -52,7 +53,7 @@ def diagnose(
     holdout: Annotated[
         list[str] | None,
         typer.Option(
-            "--holdout", metavar="RECORDING", help="A recording to validate the result on; repeat for several."
+            "--holdout", metavar="RECORDING...", help="Recordings to validate the result on, up to the next option."
         ),
     ] = None,
     json_out: JsonOption = None,
@@ -89,7 +90,9 @@ def diagnose(
     modelled gravity torque."""
     from physident.diagnosis.at_rest.poses import AtRest
     from physident.diagnosis.diagnose import diagnose as run
+    from physident.diagnosis.result.diagnosis import Diagnosis
     from physident.estimation.estimate import Estimate
+    from physident.outputs import together
     from physident.recordings.signals import Filter
 
     if robot is None:
@@ -109,11 +112,12 @@ def diagnose(
     )
     nominal = model is None
     layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)
-    joints = (start.model if isinstance(start, Estimate) else start).robot.joint_names
-    loaded = read_recordings(recordings, layout, drive_gains, joints=joints)
-    unseen = read_recordings(holdouts, layout, drive_gains, joints=joints) if holdouts else []
+    named = (start.model if isinstance(start, Estimate) else start).robot.joint_names
+    loaded = read_recordings(recordings, layout, drive_gains, joints=named)
+    unseen = read_recordings(holdouts, layout, drive_gains, joints=named) if holdouts else []
     filter = Filter(cutoff) if nominal and cutoff is not None else None
-    found = run(start, loaded, unseen, filter, seed, _print_progress, layout if nominal else None, recording_offsets)
+    with busy("searching") as say:
+        found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
     if simulator is not None and not isinstance(found, AtRest):
@@ -123,20 +127,21 @@ def diagnose(
             found = with_simulator(found, loaded, unseen, simulator)  # pyright: ignore[reportArgumentType]
         except InputError as error:  # the diagnosis stands without it
             warn(f"not simulated: {error}")
-    if json_out is not None:
-        found.save(json_out)
-    if isinstance(found, AtRest):
-        typer.echo(repr(found))
-        return
-    if out is not None and found.estimate is not None:
-        found.estimate.save(out)
-    if plot is not None:
-        from physident.graphics.figures.residual import plot_diagnosis
+    if isinstance(found, Diagnosis):  # so that advice can be typed as it is printed
+        saved = str(out) if out is not None and found.estimate is not None else None
+        found = replace(found, model_file=str(model or robot), extended_file=saved)
+    with together():
+        if json_out is not None:
+            found.save(json_out)
+        if isinstance(found, Diagnosis) and out is not None and found.estimate is not None:
+            found.estimate.save(out)
+        if isinstance(found, Diagnosis) and plot is not None:
+            from physident.graphics.figures.residual import plot_diagnosis
 
-        contact = any(finding.effect == "contact" for finding in found.findings)  # it is in a diagnosed recording
-        plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
+            contact = any(finding.effect == "contact" for finding in found.findings)  # it is in a diagnosed recording
+            plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
     typer.echo(repr(found))
-    if out is not None:
+    if isinstance(found, Diagnosis) and out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
 
 
@@ -159,7 +164,3 @@ def _described(robot: Robot, effects: str | None) -> Model:
     if repeated := [name for name in dict.fromkeys(named) if named.count(name) > 1]:
         raise InputError(f"--effects names {', '.join(repeated)} twice; expected each effect once")
     return Model.nominal(robot, ["rigid_body", *(name for name in named if name != "rigid_body")])
-
-
-def _print_progress(text: str) -> None:
-    typer.echo(f"physident: added {text}", err=True)

@@ -32,7 +32,7 @@ def view(
         typer.Argument(metavar="[RECORDING]...", help="Recordings, as for identify, or patterns such as runs/*.csv."),
     ] = None,
     model: Annotated[
-        list[Path] | None, typer.Option("--model", metavar="FILE", help="A model; repeat for several.")
+        list[Path] | None, typer.Option("--model", metavar="FILE...", help="Models, up to the next option.")
     ] = None,
     diagnosis: Annotated[
         Path | None, typer.Option("--diagnosis", metavar="FILE", help="A diagnosis (JSON), with its models.")

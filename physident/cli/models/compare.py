@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -23,12 +23,10 @@ from physident.errors import InputError
 
 @app.command(short_help="Compare the errors of two models.")
 def compare(
-    model: Annotated[
-        list[Path], typer.Option("--model", metavar="FILE", help="Give it twice: the model before, and after.")
-    ],
+    model: Annotated[list[Path], typer.Option("--model", metavar="FILE...", help="Two models: before, and after.")],
     on: Annotated[
         list[str],
-        typer.Option("--on", metavar="RECORDING", help="A recording to compare on; repeat for several."),
+        typer.Option("--on", metavar="RECORDING...", help="Recordings to compare on, up to the next option."),
     ],
     json_out: JsonOption = None,
     plot: Annotated[
@@ -43,23 +41,23 @@ def compare(
 ) -> None:
     """Print the errors of two models on the same recordings, and the gain of the second over the first."""
     from physident.estimation.estimate_file import load_estimate
-    from physident.files import write_json
+    from physident.outputs import together
     from physident.validation.scores import compare as run
 
     if len(model) != 2:
-        raise InputError(f"{len(model)} models given, expected two: --model before.json --model after.json")
+        raise InputError(f"{len(model)} models given, expected two: --model before.json after.json")
     check_outputs([*on, *model], json_out, plot=plot)
     before, after = (load_estimate(path).with_cutoff(cutoff) for path in model)
     layout = layout_of(columns, topic, rate, before.layout)
     recordings = read_recordings(on, layout, drive_gains, joints=before.model.robot.joint_names)
     with busy("comparing"):
         gain = run(before, after, recordings, include_fitted)
-    if json_out is not None:
-        write_json(json_out, gain.as_dict())
-    if plot is not None:
-        from physident.graphics.figures.residual import plot_residuals
-        from physident.validation.comparison import predict_pair
+    with together():
+        write_result(json_out, "gain", gain.as_dict())
+        if plot is not None:
+            from physident.graphics.figures.residual import plot_residuals
+            from physident.validation.comparison import predict_pair
 
-        pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
-        plot_residuals(pair, before.model.robot, plot)
+            pair = predict_pair(before, after, recordings, before.filter, before.drive_gains)
+            plot_residuals(pair, before.model.robot, plot)
     typer.echo(repr(gain))

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -28,11 +28,11 @@ from physident.cli.options import (
 def drive_gains(
     unloaded: Annotated[
         list[str],
-        typer.Option("--unloaded", metavar="RECORDING", help="A recording without the load; repeat for several."),
+        typer.Option("--unloaded", metavar="RECORDING...", help="Recordings without the load, up to the next option."),
     ],
     loaded: Annotated[
         list[str],
-        typer.Option("--loaded", metavar="RECORDING", help="A recording with the load; repeat for several."),
+        typer.Option("--loaded", metavar="RECORDING...", help="Recordings with the load, up to the next option."),
     ],
     load_mass: Annotated[
         float, typer.Option("--load-mass", metavar="KG", help="Mass of the load on the last link [kg].")
@@ -56,7 +56,6 @@ def drive_gains(
 ) -> None:
     """Identify the drive gains of an arm from motor currents with and without a load of known mass."""
     from physident.estimation.drive_gains.drive_gains import identify_drive_gains
-    from physident.files import write_json
 
     check_outputs([*unloaded, *loaded, robot], json_out)
     arm, chosen, filter = robot_of(robot, joints, lock, tool), effects_of(effects), filter_of(cutoff)
@@ -64,6 +63,5 @@ def drive_gains(
     without, with_load = (read_recordings(paths, layout, None, joints=arm.joint_names) for paths in (unloaded, loaded))
     with busy("identifying"):
         found = identify_drive_gains(arm, without, with_load, load_mass, method, chosen, filter)
-    if json_out is not None:
-        write_json(json_out, found.as_dict())
+    write_result(json_out, "drive_gains", found.as_dict())
     typer.echo(repr(found))

@@ -61,9 +61,9 @@ def export(
         raise InputError(
             f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
         )
-    check_outputs([model, patch if mjcf is not None else None], urdf, mjcf, callback, json_out, python, c, casadi)
-    if patch is not None and mjcf is None:
-        check_outputs([model], patch, urdf, callback, json_out, python, c, casadi)
+    edited = patch if mjcf is None else None
+    read = patch if mjcf is not None else None
+    check_outputs([model, read], urdf, mjcf, callback, json_out, python, c, casadi, edited=edited)
     estimate = load_estimate(model)
     targets = Targets(
         urdf=urdf, mjcf=mjcf, patch=patch, callback=callback, json=json_out, python=python, c=c, casadi=casadi, meshes=meshes

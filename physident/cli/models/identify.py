@@ -70,18 +70,28 @@ def identify(
     rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
+    json_out: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Also write parameters with units and confidence intervals."),
+    ] = None,
 ) -> None:
     """Identify a robot's dynamics from recordings and write the model."""
     from physident.estimation.estimators import estimator_from_options
     from physident.estimation.identify import identify as run
+    from physident.export.parameters import parameters_of
+    from physident.files import write_json
+    from physident.outputs import together
 
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
-    check_outputs([*recordings, robot], out)
+    check_outputs([*recordings, robot], out, json_out)
     arm = robot_of(robot, joints, lock, tool)
     layout = layout_of(columns, topic, rate)
     loaded = read_recordings(recordings, layout, drive_gains, joints=arm.joint_names)
     with busy("identifying"):
         estimate = run(arm, loaded, effects_of(effects), estimator, filter_of(cutoff), layout)
-    estimate.save(out)
+    with together():
+        estimate.save(out)
+        if json_out is not None:
+            write_json(json_out, parameters_of(estimate))
     typer.echo(repr(estimate))
     typer.echo(f"written: {out}")

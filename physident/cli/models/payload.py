@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -32,7 +32,6 @@ def payload(
     """Identify the load on the last link from recordings with it, and a model of the arm without it."""
     from physident.estimation.estimate_file import load_estimate
     from physident.estimation.payload.identify_payload import identify_payload
-    from physident.files import write_json
 
     check_outputs([*recordings, model], json_out)
     estimate = load_estimate(model).with_cutoff(cutoff)
@@ -40,6 +39,5 @@ def payload(
     loaded = read_recordings(recordings, layout, drive_gains, joints=estimate.model.robot.joint_names)
     with busy("identifying"):
         found = identify_payload(estimate, loaded)
-    if json_out is not None:
-        write_json(json_out, found.as_dict())
+    write_result(json_out, "payload", found.as_dict())
     typer.echo(repr(found))

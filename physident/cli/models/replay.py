@@ -14,7 +14,10 @@ from physident.cli.options import (
     GainsOption,
     IncludeFittedOption,
     JsonOption,
+    RateOption,
     Recordings,
+    TopicOption,
+    layout_of,
 )
 from physident.errors import InputError
 
@@ -23,7 +26,7 @@ from physident.errors import InputError
 def replay(
     recordings: Recordings,
     model: Annotated[
-        list[Path], typer.Option("--model", metavar="FILE", help="A model; twice for the model before, and after.")
+        list[Path], typer.Option("--model", metavar="FILE...", help="A model, or two: before, and after.")
     ],
     simulator: Annotated[
         str, typer.Option("--simulator", metavar="NAME", help="mujoco, or physident for its own simulator.")
@@ -46,6 +49,8 @@ def replay(
     ] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
+    topic: TopicOption = None,
+    rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
 ) -> None:
@@ -56,11 +61,12 @@ def replay(
     from physident.estimation.estimate_file import load_estimate
     from physident.files import write_json
     from physident.graphics.session.write import check_session_path
+    from physident.outputs import together
     from physident.replay.replay import replay as run
     from physident.validation.scores import refuse_fitted
 
     if len(model) > 2:
-        raise InputError(f"{len(model)} models given, expected one or two: --model before.json --model after.json")
+        raise InputError(f"{len(model)} models given, expected one or two: --model before.json after.json")
     if meshes is not None and not meshes.is_dir():
         raise InputError(
             f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
@@ -69,22 +75,24 @@ def replay(
     if out is not None:
         check_session_path(out)
     models = [load_estimate(path).with_cutoff(cutoff) for path in model]
-    loaded = read_recordings(recordings, columns if columns is not None else models[0].layout, drive_gains)
+    layout = layout_of(columns, topic, rate, models[0].layout)
+    loaded = read_recordings(recordings, layout, drive_gains, joints=models[0].model.robot.joint_names)
     if not include_fitted:
         for one in models:
             refuse_fitted(one, loaded)
     with busy("simulating"):
         replayed = run(models[0], models[1] if len(models) > 1 else None, loaded, simulator, horizon)  # pyright: ignore[reportArgumentType]
-    if json_out is not None:
-        write_json(json_out, replayed.replay.as_dict())
-    if plot is not None:
-        from physident.replay.plot import plot_replay
+    with together():
+        if json_out is not None:
+            write_json(json_out, replayed.replay.as_dict())
+        if plot is not None:
+            from physident.replay.plot import plot_replay
 
-        plot_replay(replayed, models[0].model.robot, plot)
-    if out is not None:
-        from physident.replay.session import write_replay
+            plot_replay(replayed, models[0].model.robot, plot)
+        if out is not None:
+            from physident.replay.session import write_replay
 
-        write_replay(replayed, models[0].model.robot, out, meshes)
+            write_replay(replayed, models[0].model.robot, out, meshes)
     typer.echo(repr(replayed.replay))
     if out is not None:
         typer.echo(f"written: {out}; open it with: rerun {out}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import app, busy, check_outputs, read_recordings
+from physident.cli.app import app, busy, check_outputs, read_recordings, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
@@ -40,7 +40,7 @@ def validate(
 ) -> None:
     """Predict recordings with a model, and print the error of each joint."""
     from physident.estimation.estimate_file import load_estimate
-    from physident.files import write_json
+    from physident.outputs import together
     from physident.validation.predictions import predict
     from physident.validation.scores import validate as run
 
@@ -50,12 +50,12 @@ def validate(
     loaded = read_recordings(recordings, layout, drive_gains, joints=estimate.model.robot.joint_names)
     with busy("predicting"):
         score = run(estimate, loaded, include_fitted)
-    if json_out is not None:
-        write_json(json_out, score.as_dict())
-    if plot is not None:
-        from physident.graphics.figures.recordings import plot_predictions
-        from physident.graphics.figures.residual import torque_units
+    with together():
+        write_result(json_out, "score", score.as_dict())
+        if plot is not None:
+            from physident.graphics.figures.recordings import plot_predictions
+            from physident.graphics.figures.residual import torque_units
 
-        robot = estimate.model.robot
-        plot_predictions(predict(estimate, loaded), robot.joint_names, plot, torque_units(robot))
+            robot = estimate.model.robot
+            plot_predictions(predict(estimate, loaded), robot.joint_names, plot, torque_units(robot))
     typer.echo(repr(score))

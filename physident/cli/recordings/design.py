@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from physident.cli.app import app, check_outputs
+from physident.cli.app import app, check_outputs, share_done
 from physident.cli.options import (
     JointsOption,
     JsonOption,
@@ -97,6 +95,7 @@ def design(
     from physident.excitation.design_discriminating import design_discriminating
     from physident.excitation.design_trajectory import design_trajectory
     from physident.files import write_json
+    from physident.outputs import together
 
     if discriminate is not None and criterion is not None:
         raise InputError(
@@ -109,7 +108,7 @@ def design(
     if not 0 < rate <= MAX_RATE:
         raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
     source = _source(optional_robot(robot, joints, lock, tool), model)
-    with _progress("designing") as progress:
+    with share_done("designing") as progress:
         settings: dict[str, Any] = {
             "limits": limits, "harmonics": harmonics, "seed": seed, "table": None if no_table else table,
             "clearance": clearance, "meshes": meshes, "progress": progress,
@@ -123,15 +122,16 @@ def design(
         else:
             result = design_discriminating(source, *discriminate, joint, noise=noise, **settings)
             plan = result.design
-    if csv is not None:
-        plan.trajectory.write_csv(csv, rate)
-    if plot is not None:
-        from physident.graphics.figures.motion import plot_motion
+    with together():
+        if csv is not None:
+            plan.trajectory.write_csv(csv, rate)
+        if plot is not None:
+            from physident.graphics.figures.motion import plot_motion
 
-        plot_motion(plan.trajectory, plot)
-    if json_file is not None:
-        write_json(json_file, result.as_dict())
-    plan.trajectory.save(out)
+            plot_motion(plan.trajectory, plot)
+        if json_file is not None:
+            write_json(json_file, result.as_dict())
+        plan.trajectory.save(out)
     if plan.manipulability.warning:
         warn(plan.manipulability.warning)
     typer.echo(
@@ -149,27 +149,3 @@ def _source(robot: Robot | None, model: Path | None) -> Robot | Estimate:
     if robot is None:
         raise InputError("which arm? expected --robot (a description) or --model (an identified model)")
     return robot
-
-
-@contextmanager
-def _progress(activity: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on standard error, after two seconds, to be called with the share that is done."""
-    import time
-
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    bar = Progress(console=console, transient=True, disable=not console.is_terminal)
-    task, start = bar.add_task(activity, total=1.0), time.monotonic()
-
-    def show(share: float) -> None:
-        if not bar.live.is_started and time.monotonic() - start > 2:
-            bar.start()
-        bar.update(task, completed=share)
-
-    try:
-        yield show
-    finally:
-        if bar.live.is_started:
-            bar.stop()

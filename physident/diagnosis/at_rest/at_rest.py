@@ -23,6 +23,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 CREEP = 0.03  # rad/s: there the smooth sign has turned, and viscous friction is a few per cent of the dry one
@@ -33,6 +34,7 @@ def is_at_rest(recordings: Sequence[Recording]) -> bool:
     return bool(recordings) and all(_signals(recording).moving is None for recording in recordings)
 
 
+@one_thread
 def diagnose_at_rest(model: Estimate | Model, recordings: Recordings) -> AtRest:
     """Compare the torques of recordings at standstill with a model's gravity and breakaway torque.
 

@@ -14,14 +14,15 @@ from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Op
 from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
+from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import SearchData
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
+from physident.estimation.dry_friction.rest_rows import dry_level, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
-from physident.estimation.rest_rows import dry_level, rest_weights, spread_rows
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
@@ -151,9 +152,15 @@ def state_problem(
         recording_offsets=recording_offsets,
     )
     baseline = problem.freedom.baseline(problem.regressor)
-    noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
+    fit = fit_with_all_candidates(problem.search_data(model), baseline)
+    if (noisy := at_resolution(signals, regressor, fit.sigma, filter, seed)) is not None:
+        signals = noisy
+        regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
+        problem = replace(problem, signals=tuple(signals), regressor=regressor)
+        baseline = problem.freedom.baseline(problem.regressor)
+        fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, model.effects, signals, filter)
-    weights = rest_weights(spread, dry_level(model), noise, regressor.counted)
+    weights = rest_weights(spread, dry_level(model), fit.residual, regressor.counted)
     problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights))
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from physident.diagnosis.problem.folds import FOLDS
+from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.effects.thermal import is_warming
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
+from physident.recordings.signals import Filter, Signals
 from physident.validation.predictions import predict
 
 
@@ -27,6 +29,34 @@ def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], ho
                 f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that was used for"
                 " neither"
             )
+
+
+def check_lengths(model: Model, signals: Sequence[Signals], filter: Filter) -> None:
+    """Raises InputError for a recording that leaves no rows after the filter, and where all together leave too few.
+
+    Rows nearer than half the filter's length share most of their samples. Left-out rows are new to a model only in parts of
+    that length, and ``FOLDS[0]`` parts are the fewest that can be left out in turn.
+    """
+    kept = [sum(len(piece.rows) for piece in kept_rows(model.robot, one, filter, moving_only=True)) for one in signals]
+    for one, rows in zip(signals, kept, strict=True):
+        if not rows:
+            raise InputError(
+                f"{one.source}: no rows are left after the filter, whose length is more than its motion; expected motion"
+                f" for more than {_filter_length(one, filter):.2g} s, or leave it out"
+            )
+    duration = sum(rows * filter.decimation(one.rate) / one.rate for one, rows in zip(signals, kept, strict=True))
+    needed = FOLDS[0] / 2 * max(_filter_length(one, filter) for one in signals)
+    if duration < needed:
+        names = ", ".join(one.source for one in signals)
+        raise InputError(
+            f"{names}: {duration:.2g} s of motion are left after the filter, expected {needed:.2g} s or more, so that"
+            f" {FOLDS[0]} parts can be left out in turn; record longer, or raise the cutoff"
+        )
+
+
+def _filter_length(signals: Signals, filter: Filter) -> float:
+    """How long [s] the filter is."""
+    return (len(filter.taps(signals.rate)) - 1) / signals.rate
 
 
 def check_holdout(

@@ -2,27 +2,42 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
+from functools import cache
 
-from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import Rival
 from physident.effects.catalogue import CATALOGUE
+from physident.errors import InputError
+from physident.excitation.limits.capsules import collision_geometry
+from physident.robots.robot import Robot
 
 
-def advice(question: Question, name: str, joints: Sequence[int], rivals: Sequence[Rival]) -> str:
-    """What would separate the first rival that is another effect."""
-    other = next((r for r in rivals if r.effect != name), None)
-    return separation_advice(question, name, joints, other) if other is not None else ""
+def other_rival(name: str, rivals: Sequence[Rival]) -> Rival | None:
+    """The first rival that is another effect."""
+    return next((rival for rival in rivals if rival.effect != name), None)
 
 
-def separation_advice(question: Question, name: str, joints: Sequence[int], other: Rival) -> str:
-    """What separates an effect on some joints from another one: its signature's words where the catalogue has them, and the
-    command that designs the motion."""
-    signatures = ((other.effect, CATALOGUE[name].mistaken_for), (name, CATALOGUE[other.effect].mistaken_for))
-    words = [f"{text}. " for rival, text in signatures if rival in text][:1]
-    common = [j for j in joints if j in other.joints]
-    joint = f" --joint {common[0]}" if common else ""
-    # a design needs to know the noise, which a nominal model does not
-    model = "EXTENDED" if question == "nominal" else "MODEL"
-    command = f"physident design --model {model} --discriminate {name} {other.effect}{joint} --out motion.json"
-    return f"{words[0] if words else ''}Design a motion that separates them with: {command}"
+def separating_words(name: str, other: str) -> str:
+    """What separates two effects, in the catalogue's words; empty where it has none."""
+    signatures = ((other, CATALOGUE[name].mistaken_for), (name, CATALOGUE[other].mistaken_for))
+    return next((text for rival, text in signatures if rival in text), "")
+
+
+def design_command(robot: Robot, model_file: str, name: str, joints: Sequence[int], other: Rival) -> str:
+    """The command that designs a motion which separates an effect on some joints from a rival, as it can be typed."""
+    words = ["physident", "design", "--model", model_file, "--discriminate", name, other.effect]
+    common = [joint for joint in joints if joint in other.joints]
+    words += ["--joint", str(common[0])] if common else []
+    words += [] if _has_shapes(robot) else ["--limits", "joint"]
+    return shlex.join([*words, "--out", "motion.json"])
+
+
+@cache
+def _has_shapes(robot: Robot) -> bool:
+    """Whether the links' shapes can be read, without which only the joints' limits can be checked."""
+    try:
+        collision_geometry(robot)
+    except InputError:
+        return False
+    return True

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.folds import blocks
-from physident.diagnosis.result.advice import advice
+from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
 from physident.diagnosis.result.values import parameter_values
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
@@ -51,7 +51,7 @@ def _finding(
     rivals = _joined([rival.key for check in group for rival in check.rivals])
     texts = [
         SCALED if from_currents and name == "payload" else "",
-        advice(hypothesis.problem.question, name, joints, rivals),
+        separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
     ]
     return Finding(
         effect=name,

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.question import Question
-from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
+from physident.diagnosis.result.advice import design_command, other_rival
+from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
 from physident.dynamics.model import Model
@@ -30,8 +31,14 @@ class DiagnosisRecord:
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
+<<<<<<< HEAD
     recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
     whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from.
+=======
+    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from; ``model_file`` is
+    the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the extended model;
+    None where they were not saved.
+>>>>>>> robust
     """
 
     question: Question
@@ -60,6 +67,21 @@ class DiagnosisRecord:
     controlled: bool | None = None
     path: Path | None = None
     sha256: str | None = None
+    model_file: str | None = None
+    extended_file: str | None = None
+
+    def command(self, finding: Finding, rival: Rival | None = None) -> str:
+        """The command that designs a motion to separate a finding from a ``rival``, by default its first of another effect.
+
+        Empty where there is none. A design needs to know the noise, which a nominal model does not: it starts from the
+        extended model, or from the name it is saved under by the advice.
+        """
+        rival = rival or other_rival(finding.effect, finding.rivals)
+        if rival is None:
+            return ""
+        start = self.extended_file if self.question == "nominal" else self.model_file
+        default = "extended.json" if self.question == "nominal" else "MODEL"
+        return design_command(self.model.robot, start or default, finding.effect, finding.joints, rival)
 
     @property
     def causes(self) -> tuple[Finding, ...]:
@@ -82,9 +104,13 @@ class DiagnosisRecord:
             "schema": SCHEMA,
             "question": self.question,
             "verdict": self.verdict,
+<<<<<<< HEAD
             "findings": [_plain(asdict(f)) for f in self.findings],
             "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
             "controlled": self.controlled,
+=======
+            "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
+>>>>>>> robust
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),
@@ -105,6 +131,8 @@ class DiagnosisRecord:
             "seed": self.seed,
             **({} if self.simulated is None else {"simulated": _plain(asdict(self.simulated))}),
             "version": VERSION,
+            "model_file": self.model_file,
+            "extended_file": self.extended_file,
             "model": self.model.as_dict(),
             "extended_model": None if self.extended is None else self.extended.as_dict(),
         }

@@ -13,7 +13,7 @@ from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, U
 from physident.diagnosis.result.record import SCHEMA, DiagnosisRecord
 from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained
-from physident.dynamics.model import Model
+from physident.dynamics.model_entries import read_model
 from physident.effects.catalogue import CATALOGUE
 from physident.errors import InputError
 from physident.files import naming, read_json
@@ -33,7 +33,7 @@ def read_diagnosis(path: str | Path) -> DiagnosisRecord:
 
 
 def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
-    score = data["score"]
+    score = READER.read(dict, data["score"], "score")
     floor = READER.read(tuple[float, ...] | None, score["noise_floor"], "score.noise_floor")
     record = DiagnosisRecord(
         path=path,
@@ -49,7 +49,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
         unexplained=READER.read(tuple[Unexplained, ...], data["unexplained"], "unexplained"),
         recordings=READER.read(tuple[UsedRecording, ...], data["recordings"], "recordings"),
-        filter=Filter(**data["filter"]),
+        filter=READER.read(Filter, data["filter"], "filter"),
         layout=READER.read(str | None, data["columns"], "columns"),
         drive_gains=READER.read(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
         unidentified=READER.read(tuple[str, ...], data["held"], "held"),
@@ -62,14 +62,17 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         ),
         controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
-        model=Model.from_dict(data["model"]),
-        extended=None if data["extended_model"] is None else Model.from_dict(data["extended_model"]),
+        model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
+        extended_file=READER.read(str | None, data.get("extended_file"), "extended_file"),
+        model=read_model(data["model"], READER, "model"),
+        extended=None if (given := data["extended_model"]) is None else read_model(given, READER, "extended_model"),
     )
     _check(record)
     return record
 
 
-def _errors(data: dict[str, Any], where: str) -> JointErrors:
+def _errors(entry: Any, where: str) -> JointErrors:
+    data = READER.read(dict, entry, where)
     values = (READER.read(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
     return JointErrors(*(np.array(v) for v in values))
 
@@ -80,7 +83,7 @@ def _check(c: DiagnosisRecord) -> None:
     for name, level in (("score.before", c.before), ("score.after", c.after)):
         if len(level.rms) != n or len(level.relative) != n:
             raise InputError(f"{name} has {len(level.rms)} joints, expected the robot's {n}")
-        if min(*level.rms, *level.relative) < 0:
+        if min((*level.rms, *level.relative)) < 0:
             raise InputError(f"{name} has a negative error; expected sizes")
     if c.noise_floor is not None and len(c.noise_floor) != n:
         raise InputError(f"score.noise_floor has {len(c.noise_floor)} joints, expected the robot's {n}")

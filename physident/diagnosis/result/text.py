@@ -23,6 +23,7 @@ ANSWERED = {
 WIDTH = 100  # characters of a line
 SHOWN = 8  # findings; the JSON has all
 VALUES = 3  # of a finding
+COMMAND = "     physident "  # how the row of a command begins
 
 
 def diagnosis_text(d: DiagnosisRecord) -> str:
@@ -32,11 +33,19 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
+<<<<<<< HEAD
     for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
     if len(d.causes) > SHOWN:
         rows.append(f"... and {len(d.causes) - SHOWN} more causes, in the JSON")
     rows += ["", *_minor(d), *_unexplained(d), *_checks(d)]
+=======
+    for number, finding in enumerate(d.findings[:SHOWN], 1):
+        rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
+    if len(d.findings) > SHOWN:
+        rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
+    rows += ["", *_unexplained(d), *_checks(d)]
+>>>>>>> robust
     if d.recording_offsets:
         rows.append("a constant torque per recording was refitted with the model and is never reported as a cause")
     if d.incomplete:
@@ -48,7 +57,9 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
 
 
 def wrapped(row: str) -> list[str]:
-    """The row in lines that fit a terminal; what it goes on with is set in."""
+    """The row in lines that fit a terminal; what it goes on with is set in. A command stays one line, to be copied."""
+    if row.startswith(COMMAND):
+        return [row]
     inset = " " * (len(row) - len(row.lstrip()) + 5)
     return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
 
@@ -134,6 +145,15 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
     if f.advice:
         rows.append(f"   {f.advice}")
     return rows
+
+
+def _separating(d: DiagnosisRecord, f: Finding) -> list[str]:
+    command = d.command(f)
+    if not command:
+        return []
+    unsaved = d.question == "nominal" and d.extended_file is None
+    first = " (first write the extended model: diagnose ... --out extended.json)" if unsaved else ""
+    return [f"   design a motion that separates them{first}:", f"{COMMAND}{command.removeprefix('physident ')}"]
 
 
 def _value(v: ParameterValue, several: bool) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
+from physident.estimation.weighting import RESOLUTION
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -112,11 +113,16 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
 
 
 def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> tuple[int, ...]:
-    """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does."""
+    """Joints (from 1) on which an estimate's residual on its own recordings remembers longer than noise does.
+
+    A residual below the resolution of any torque is none.
+    """
     used = sum(source.used for source in estimate.sources)
     memory = used / np.maximum(estimate.effective_samples, 1e-300)
     return tuple(
-        r.joint for r, joint_memory in zip(remainder, memory, strict=True) if joint_memory > STRUCTURED * r.white_memory
+        r.joint
+        for r, joint_memory, left in zip(remainder, memory, estimate.relative, strict=True)
+        if joint_memory > STRUCTURED * r.white_memory and left > 100 * RESOLUTION
     )
 
 

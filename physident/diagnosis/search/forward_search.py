@@ -38,7 +38,7 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
     if accepted:
         first = score_candidates(settled_hypothesis(problem, ()))
         progress(
-            f"default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
+            f"added default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
         )
     last = None
     for _ in range(ROUNDS):
@@ -47,10 +47,17 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         kept = _without_redundant(problem, accepted, last)
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
+        removed = [one for one in accepted if not any(one is other for other in kept)]
+        progress(f"removed {', '.join(map(_placed, removed))}: redundant beside the others")
         accepted = kept
     assert first is not None
     assert last is not None
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last)
+
+
+def _placed(accepted: AcceptedEffect) -> str:
+    joints = ", ".join(map(str, accepted.candidate.joints))
+    return f"{accepted.candidate.name} on {f'joint {joints}' if joints else 'the arm'}"
 
 
 def settled_hypothesis(
@@ -76,8 +83,7 @@ def _add_while_better(
     scores = first = score_candidates(hypothesis)
     while (chosen := _next_effect(scores)) is not None:
         accepted = (*accepted, chosen)
-        joints = ", ".join(map(str, chosen.candidate.joints))
-        progress(f"{chosen.candidate.name} on {f'joint {joints}' if joints else 'the arm'}")
+        progress(f"added {_placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
         scores = score_candidates(hypothesis)
     return accepted, first, scores

@@ -19,7 +19,7 @@ from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
-from physident.validation.rest import rest_rows
+from physident.estimation.dry_friction.rest import rest_rows
 
 Array = NDArray[np.float64]
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain

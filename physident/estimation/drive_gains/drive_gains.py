@@ -26,9 +26,10 @@ from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.checks import refuse_constant, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter
+from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
 from physident.robots.robot import Robot
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 METHODS = ("tls", "ls", "physical")
@@ -99,6 +100,7 @@ class DriveGains:
         )
 
 
+@one_thread
 def identify_drive_gains(
     robot: Robot,
     unloaded: Recordings,
@@ -106,7 +108,7 @@ def identify_drive_gains(
     load_mass: float,
     method: str = "tls",
     effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
-    filter: Filter | None = None,
+    filter: Filter | float | None = None,
 ) -> DriveGains:
     """Drive gains from currents recorded without and with a load of ``load_mass`` [kg] on the last link.
 
@@ -130,7 +132,7 @@ def identify_drive_gains(
             f"drive gains cannot be identified together with {', '.join(open_shapes)}, whose shape parameters are not set; expected other effects, or set them"
         )
     _check_mass(robot, load_mass)
-    filter = filter or Filter()
+    filter = as_filter(filter)
     recordings = [recording.with_drive_gains([1.0] * recording.n) for recording in (*unloaded, *loaded)]
     regressor = build_regressor(robot, effects, prepare_moving(robot, recordings, filter), filter)
     base = find_base_parameters(robot, effects)

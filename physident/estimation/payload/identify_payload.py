@@ -27,6 +27,7 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
+from physident.threads import one_thread
 
 Array = NDArray[np.float64]
 DRAWS = 200  # draws behind the intervals: their ends then vary by a tenth of a standard error
@@ -37,6 +38,7 @@ SETTLED = 1e-6  # change of the load from one round to the next
 MIN_TORQUE = 0.25  # a joint whose load torque is a smaller share of its residual is not evaluated alone
 
 
+@one_thread
 def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) -> Payload:
     """The load on the last link that explains the residual of the arm's model in recordings.
 

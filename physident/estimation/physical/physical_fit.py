@@ -24,7 +24,7 @@ from physident.estimation.physical.problem import Answer, PhysicalProblem
 from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
 from physident.estimation.robust import huber_weights, middle_sigma
 from physident.estimation.uncertainty import correlation_rows, jackknife
-from physident.estimation.weighting import Compressed, compress, expand, joint_sigma, weight_rows
+from physident.estimation.weighting import Compressed, compress, expand, joint_sigma, noise_floor, weight_rows
 from physident.identifiability.base_parameters import BaseParameters
 from physident.robots.robot import Robot
 
@@ -32,8 +32,7 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 60
 SETTLED = 1e-3  # relative change of the noise between iterations: a hundredth of what its own estimate is worth
 MEMORY_ITERATIONS = 3  # in which the residual's autocorrelation is measured anew
-MIN_FIRST_NOISE = 0.01  # of a joint's torque, at the start
-MIN_NOISE = 1e-4  # of a joint's torque: no torque is known better, and a solver could not use it
+FIRST_NOISE = 100.0  # times the smallest noise of a joint, at the start
 MIN_MULTIPLIER = 1e-7  # of an active constraint
 
 
@@ -124,8 +123,7 @@ def _first_sigma(regressor: Regressor, base: BaseParameters, nominal: Array) -> 
     """Where the iteration over the noise starts: ordinary least squares, which alone overfits short data."""
     x = solve_step(regressor, base, None, base.values(nominal)).x
     residual = regressor.torque - regressor.predict(expand(base, x))
-    size = np.sqrt((regressor.torque**2).mean(axis=0))
-    return np.maximum(joint_sigma(regressor, residual, 0.0), MIN_FIRST_NOISE * size)
+    return np.maximum(joint_sigma(regressor, residual, 0.0), FIRST_NOISE * noise_floor(regressor))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +147,7 @@ def _settle(
 ) -> _Fit:
     """Iterates the size of the noise (and the weights of a robust loss) with the fit until it settles."""
     rows, memory, theta = np.ones(regressor.torque.shape), None, None
+    floor = noise_floor(regressor)
     for iteration in range(1, MAX_ITERATIONS + 1):
         robust = settings.loss == "huber" and theta is not None
         data = compress(weight_rows(regressor, rows / sigma), base) if robust else compress(regressor, base, 1 / sigma)
@@ -161,7 +160,7 @@ def _settle(
             rows = np.sqrt(huber_weights(residual / found, HUBER))
         else:
             found = joint_sigma(regressor, residual, 0.0)
-        found = np.maximum(found, MIN_NOISE * np.sqrt((regressor.torque**2).mean(axis=0)))
+        found = np.maximum(found, floor)
         settled = memory is not None and np.allclose(found, sigma, rtol=SETTLED)
         if memory is None or iteration <= MEMORY_ITERATIONS:  # its sum is cut off at a lag that may alternate for ever
             memory = correlation_rows(regressor, residual)

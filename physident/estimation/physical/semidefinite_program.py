@@ -23,7 +23,20 @@ from physident.estimation.physical.problem import Answer, PhysicalProblem
 from physident.estimation.weighting import Compressed
 
 Array = NDArray[np.float64]
-TOLERANCES = (1e-9, 1e-8, 1e-7)  # tried in turn: near the tip of a cone, rounding may rule out the first
+# tried in turn: near the tip of a cone, rounding may rule out the first tolerance; without the solver's own scaling and
+# with steps that stay farther from the cones' boundary, an answer on many of them at once can still be proved
+SETTINGS: tuple[dict[str, Any], ...] = (
+    *({"tol_gap_abs": t, "tol_gap_rel": t, "tol_feas": t} for t in (1e-9, 1e-8, 1e-7)),
+    {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "equilibrate_enable": False, "max_step_fraction": 0.9},
+    {
+        "tol_gap_abs": 1e-8,
+        "tol_gap_rel": 1e-8,
+        "tol_feas": 1e-8,
+        "static_regularization_constant": 1e-11,
+        "max_step_fraction": 0.9,
+        "max_iter": 500,
+    },
+)
 MIN_GIVE = 1e-6  # relative to its row: a constraint that must give by more is in conflict
 # primal: half the margin by which the cones are tightened, so that the answer lies inside the cones themselves; dual: a
 # gap of 1e-8 leaves a gradient of its square root
@@ -36,6 +49,7 @@ class SemidefiniteProgram:
 
     def __init__(self, problem: PhysicalProblem) -> None:
         self.problem = problem
+        self.proven = 0  # the setting whose answer was proved last
         r, p = problem.KT.shape
         self.u, b = cp.Variable(p), cp.Variable(r)
         self.R, self.z, self.strength = cp.Parameter((r, r)), cp.Parameter(r), cp.Parameter(nonneg=True)
@@ -84,33 +98,37 @@ class SemidefiniteProgram:
         strength = TIE_BREAK if isinstance(self.problem.prior, NoPrior) else strength
         self.R.value, self.z.value = data.R * scale, data.z * scale
         self.strength.value = strength
-        status = ""
-        for tolerance in TOLERANCES:
-            if status != cp.OPTIMAL:
-                status = self._run(tolerance)
-        if status != cp.OPTIMAL or self.u.value is None:
-            raise NotSolvedError(self._advice(status))
-        multipliers = Multipliers(
+        reason = ""
+        settings = sorted(range(len(SETTINGS)), key=lambda k: k != self.proven)  # what served last is tried first
+        for k in settings:  # an answer that fails its proof is as good as none
+            status = self._run(SETTINGS[k])
+            if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) or self.u.value is None:  # its proof decides
+                reason = reason or self._advice(status)
+                continue
+            u, multipliers = np.asarray(self.u.value), self._multipliers()
+            found = self.problem.optimality(u, multipliers, data, strength)
+            if found.primal <= REQUIRED.primal and found.dual <= REQUIRED.dual and found.gap <= REQUIRED.gap:
+                self.proven = k
+                return Answer(u, strength, multipliers, found)
+            reason = (
+                f"the solver's answer fails its proof (violation {found.primal:.1e}, gradient {found.dual:.1e}, gap {found.gap:.1e});"
+                " try another prior weight, or method='wls' to see which joint's data are at fault"
+            )
+        raise NotSolvedError(reason)
+
+    def _multipliers(self) -> Multipliers:
+        return Multipliers(
             rows=_duals(self.row_constraint),
             matrices=tuple(np.asarray(c.dual_value) for c in self.matrix_constraints),
             equalities=_duals(self.equal_constraint),
         )
-        u = np.asarray(self.u.value)
-        found = self.problem.optimality(u, multipliers, data, strength)
-        if not (found.primal <= REQUIRED.primal and found.dual <= REQUIRED.dual and found.gap <= REQUIRED.gap):
-            raise NotSolvedError(
-                f"the solver's answer fails its proof (violation {found.primal:.1e}, gradient {found.dual:.1e}, gap {found.gap:.1e});"
-                " try another prior weight, or method='wls' to see which joint's data are at fault"
-            )
-        return Answer(u, strength, multipliers, found)
 
-    def _run(self, tolerance: float) -> str:
+    def _run(self, setting: dict[str, Any]) -> str:
         """The status that the solver reports; its answer is checked elsewhere."""
-        tolerances = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an inexact answer is an error here, not a warning
             try:
-                self.program.solve(solver=cp.CLARABEL, **tolerances)
+                self.program.solve(solver=cp.CLARABEL, **setting)
             except cvxpy.error.SolverError as error:
                 return f"failed ({error})"
         return str(self.program.status)

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.files import write_json, write_with
+from physident.files import write_json
+from physident.outputs import write_with
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 

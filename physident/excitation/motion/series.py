@@ -14,6 +14,7 @@ from physident.excitation.motion.trajectory import MAX_HARMONICS, Trajectory
 
 Array = NDArray[np.float64]
 MIN_HARMONICS = 2  # with one harmonic, a motion that starts at rest does not move
+SLOWEST, FASTEST = 1e-5, 1e3  # Hz: a period of a day, and one that no arm can follow
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,8 @@ class Series:
             raise InputError(
                 f"harmonics is {self.harmonics}, expected a whole number from {MIN_HARMONICS} to {MAX_HARMONICS // 2}"
             )
-        if not (math.isfinite(self.base_frequency) and self.base_frequency > 0):
-            raise InputError(f"base_frequency is {self.base_frequency} Hz, expected a positive number")
+        if not SLOWEST <= self.base_frequency <= FASTEST:
+            raise InputError(f"base_frequency is {self.base_frequency} Hz, expected {SLOWEST:g} to {FASTEST:g} Hz")
 
     @property
     def m(self) -> int:

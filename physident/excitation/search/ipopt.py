@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.excitation.limits.constraints import Constraints
+from physident.outputs import STOPPING
 
 Array = NDArray[np.float64]
 OPTIONS = {
@@ -78,6 +79,7 @@ def minimise(
     options = {
         "ipopt": OPTIONS | {"max_iter": iterations},
         "print_time": False,
+        "show_eval_warnings": False,  # a step to where nothing can be computed is taken back; CasADi would print a line
         "error_on_fail": False,
         "no_nlp_grad": True,
     }
@@ -102,21 +104,24 @@ def minimise(
 
 @contextmanager
 def _deferred_interrupt() -> Iterator[list[int]]:
-    """Collects Ctrl-C signals inside the block and handles them after it.
+    """Collects Ctrl-C and a termination inside the block and handles the first of them after it.
 
     Inside, CasADi would take the exception for a function value that cannot be computed, and go on.
     """
-    usual, signals = signal.getsignal(signal.SIGINT), []
-    deferred = callable(usual) and threading.current_thread() is threading.main_thread()
-    if deferred:
-        signal.signal(signal.SIGINT, lambda number, _: signals.append(number))
+    signals: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield signals
+        return
+    usual = {number: handler for number in STOPPING if callable(handler := signal.getsignal(number))}
+    for number in usual:
+        signal.signal(number, lambda number, _: signals.append(number))
     try:
         yield signals
     finally:
-        if deferred:
-            signal.signal(signal.SIGINT, usual)
-    if signals and callable(usual):
-        usual(signals[0], None)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+    if signals:
+        usual[signal.Signals(signals[0])](signals[0], None)
 
 
 class _Call(ca.Callback):

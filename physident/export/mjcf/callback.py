@@ -33,7 +33,7 @@ def callback_of(model: Model, held: Held) -> str | None:
     body = "\n    ".join(f"tau += {source}  # {effect.name} [{effect.unit}]" for effect, source in known)
     rigid = constants_of(robot, inertia.links, np.array(robot.gravity) + inertia.gravity) + RIGID_BODY
     left = "".join(f"\nNot in this file either: {plain(text)}." for text in missing)
-    return f'''"""Joint torques of {plain(robot.name)} that its MJCF does not hold, as a callback for MuJoCo.
+    return f'''"""Joint torques of {plain(robot.name)} that its MJCF does not hold, as a callback for MuJoCo, identified with physident.
 
     model = mujoco.MjModel.from_xml_path("arm.xml")
     install(model)

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
+from physident.estimation.estimate import Estimate
 from physident.export.held import Held
 from physident.export.mjcf.shapes import assets, shapes
 from physident.export.mjcf.values import MjcfValues, element, inertial, mjcf_values, numbers
 from physident.export.urdf import fixed_links
-from physident.export.urdf_edit import parse_elements
+from physident.export.urdf_edit import MARK, parse_elements
 from physident.files import write_text
 from physident.graphics.visuals import arm_visuals
 from physident.robots.inertia import violations
@@ -44,12 +45,12 @@ class MjcfExport:
         return "\n".join(self.stated) or "MJCF holds the whole model"
 
 
-def export_mjcf(model: Model, path: str | Path, meshes: str | Path | None = None) -> MjcfExport:
-    """Write a model as an MJCF file, whole or not at all; ``meshes`` is the folder that package:// stands for.
+def export_mjcf(model: Model | Estimate, path: str | Path, meshes: str | Path | None = None) -> MjcfExport:
+    """Write a model or an estimate as an MJCF file, whole or not at all; ``meshes`` is the folder that package:// stands for.
 
     Raises InputError like ``mjcf_of``, and for a path that cannot be written.
     """
-    result = mjcf_of(model, Path(path).parent, meshes)
+    result = mjcf_of(model.model if isinstance(model, Estimate) else model, Path(path).parent, meshes)
     write_text(path, result.text)
     return result
 
@@ -80,7 +81,7 @@ def mjcf_of(model: Model, folder: str | Path = ".", meshes: str | Path | None = 
     for j in range(robot.n):
         if robot.joints[j].parent < 0:
             lines += _indented(_body(robot, j, values, links, together, visuals, files, payload), 2)
-    lines += ["  </worldbody>", *_tendons(robot, values), *_motors(robot), "</mujoco>", ""]
+    lines += ["  </worldbody>", *_tendons(robot, values), *_motors(robot), "</mujoco>", MARK, ""]
     return MjcfExport("\n".join(lines), (*values.stated, *unread), values.held)
 
 

@@ -19,8 +19,9 @@ from physident.export.mjcf.mjcf import STIFF, MjcfExport, child_links
 from physident.export.mjcf.values import MjcfValues, element, inertial, mjcf_values, numbers
 from physident.export.mjcf.verify import check_dynamics
 from physident.export.mujoco import mujoco_module
-from physident.export.urdf_edit import Edit, Element, child_edits, edited, parse_elements
-from physident.files import read_text, write_with
+from physident.export.urdf_edit import Edit, Element, child_edits, edited, marked, parse_elements
+from physident.files import read_text
+from physident.outputs import write_with
 from physident.robots.inertia import link_parameters, pseudo_inertia
 
 Array = NDArray[np.float64]
@@ -61,6 +62,8 @@ def patch_mjcf(model: Model, source: str | Path, target: str | Path | None = Non
         )
     values = mjcf_values(model, child_links(model.robot))
     patched = edited(text, _edits(text, model, values, found, places))
+    if target.resolve() != source.resolve():  # the user's own file stays the user's
+        patched = marked(patched)
 
     def write(temporary: Path) -> None:
         temporary.write_text(patched, encoding="utf-8")

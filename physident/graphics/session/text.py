@@ -42,6 +42,8 @@ def findings(c: DiagnosisRecord) -> str:
     lines = [f"# {headline(c.question, c.verdict, c.causes)}", "", RESIDUAL_IN_WORDS[c.verdict], ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
+        if command := c.command(finding):
+            lines += ["Design a motion that separates them:", "", "```sh", command, "```", ""]
     if left := c.structured:
         sizes = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
         lines += [f"**Unexplained structure** [N m RMS]: {sizes}.", ""]

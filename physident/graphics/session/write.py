@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError
-from physident.files import write_with
+from physident.errors import InputError, NotSolvedError
 from physident.graphics.scene import colour_links, log_arm
 from physident.graphics.session.axis_ranges import joint_ranges
 from physident.graphics.session.bands import contact_intervals, log_bands
@@ -21,11 +20,13 @@ from physident.graphics.session.design import log_design
 from physident.graphics.session.joints import log_joints
 from physident.graphics.session.recorded import log_recordings
 from physident.graphics.session.text import findings, summary
+from physident.outputs import write_with
 
 if TYPE_CHECKING:
     import rerun as rr
 
 Array = NDArray[np.float64]
+END = b"RRF2FOOT"  # a complete session ends with this word and a number of four bytes
 COLOUR_WINDOW = 0.5  # s: a link's colour is the RMS of its residual over this window; without one it would flicker
 COLOUR_QUANTILE = 0.9  # of the residuals of all joints and instants: this size gets the full colour
 
@@ -61,7 +62,7 @@ def _write(content: SessionContent, data: SessionData | None, path: Path) -> Non
     hashes = [*(r.sha256 for r in content.recordings), *map(model_hash, content.models.values())]
     recording_id = hashlib.sha256("".join(hashes).encode()).hexdigest()[:32]
     rec = rr.RecordingStream("physident", recording_id=recording_id, send_properties=False)
-    rec.save(path)
+    memory = rec.memory_recording()  # its own file sink does not report a full disk
     rec.send_recording_name(f"{robot.name}: {', '.join(Path(r.source).name for r in content.recordings) or 'design'}")
     recorded_points, planned_points, title = np.zeros((1, 3)), np.zeros((1, 3)), robot.name
     if data is not None:
@@ -78,7 +79,13 @@ def _write(content: SessionContent, data: SessionData | None, path: Path) -> Non
     cameras = Camera.around(recorded_points, title), Camera.around(planned_points, f"{robot.name}, planned motion")
     rec.send_blueprint(make_blueprint(_outline(content, data, *cameras)))
     rec.flush()
+    session = memory.drain_as_bytes()
     rec.disconnect()
+    if END not in session[-len(END) - 4 :]:
+        raise NotSolvedError(
+            f"the session is not complete ({len(session)} bytes without an end); view shorter recordings"
+        )
+    path.write_bytes(session)
 
 
 def _colour_links(rec: rr.RecordingStream, content: SessionContent, data: SessionData) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
-from physident.files import write_with
+from physident.outputs import write_with
 from physident.recordings.channels import BadRow
 from physident.recordings.formats.table import MAX_CELLS, Table
 from physident.recordings.formats.text_style import TextStyle, find_style

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from physident.diagnosis.result.advice import separation_advice
+from physident.diagnosis.result.advice import separating_words
 from physident.diagnosis.result.findings import Finding, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
-from physident.report.markup import tag
+from physident.report.markup import joined, tag
 from physident.report.sections.unseen import IN_MODEL, WORDED, by_reason
 
 SLOW = 0.5  # of the residual's power below 0.2 Hz
@@ -35,24 +35,29 @@ def advice(c: DiagnosisRecord) -> Markup:
 def _incomplete(c: DiagnosisRecord) -> list[str]:
     if not c.incomplete:
         return []
-    return [
-        "First find what the model lacks: run physident diagnose --model MODEL with the recordings that it was fitted to."
-    ]
+    return ["First find what the model lacks: diagnose the recordings that it was fitted to."]
 
 
-def _rivals(c: DiagnosisRecord) -> list[str]:
+def _rivals(c: DiagnosisRecord) -> list[Markup]:
     return [
-        f"To separate {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: {_separating(c, f, r)}"
+        joined(f"To separate {cause(f.effect, f.joints)} from {cause(r.effect, r.joints)}: ", _separating(c, f, r))
         for f in c.findings
         for r in f.rivals
     ]
 
 
-def _separating(c: DiagnosisRecord, f: Finding, r: Rival) -> str:
+def _separating(c: DiagnosisRecord, f: Finding, r: Rival) -> Markup:
     """The motion that separates a rival, and the command that designs it."""
     if r.effect == f.effect:
-        return "move these joints one at a time"
-    return in_words(separation_advice(c.question, f.effect, f.joints, r))
+        return joined("move these joints one at a time")
+    words = in_words(separating_words(f.effect, r.effect))
+    unsaved = c.question == "nominal" and c.extended_file is None
+    first = " after diagnose has written the extended model (--out extended.json)" if unsaved else ""
+    return joined(
+        f"{words}. " if words else "",
+        f"Design a motion that separates them{first}:",
+        tag("pre", tag("code", c.command(f, r))),
+    )
 
 
 def _holdout(c: DiagnosisRecord) -> list[str]:
@@ -117,7 +122,8 @@ def _unidentified(c: DiagnosisRecord) -> list[str]:
     if not c.unidentified:
         return []
     return [
-        "To find motions for the parameters that were never identified: physident inspect --robot ... --effects all."
+        "Some parameters were never identified: physident inspect with --robot and --effects all shows for every effect and"
+        " joint whether recordings contain it."
     ]
 
 

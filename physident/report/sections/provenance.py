@@ -64,8 +64,9 @@ def _model(model: Model) -> Markup:
 
 
 def _again(c: DiagnosisRecord) -> str:
-    """The command that repeats the diagnosis; a diagnosis does not contain the path of the model's file."""
-    words = ["physident", "diagnose", *(["--robot", "ROBOT"] if c.question == "nominal" else ["--model", "MODEL"])]
+    """The command that repeats the diagnosis; where the model was never saved, a word stands for its file."""
+    option, default = ("--robot", "ROBOT") if c.question == "nominal" else ("--model", "MODEL")
+    words = ["physident", "diagnose", option, shlex.quote(c.model_file or default)]
     words += [shlex.quote(used.path) for used in c.recordings if used.role != "holdout"]
     for used in c.recordings:
         if used.role == "holdout":

@@ -1,0 +1,5 @@
+"""``python -m physident``: the command line."""
+
+from physident.cli import main
+
+main()

@@ -1,0 +1,107 @@
+"""Noise-free recordings, as a simulator writes them, are the easiest case for every method and for the search."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.recordings.channels import Channels
+from physident.recordings.recording import recording_from_rows
+from tests.bad_input.good import URDF
+
+COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
+VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
+ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])
+Size = float | np.ndarray
+METHODS = ("ols", "wls", "robust", "physical")
+
+
+def exact(
+    robot: pid.Robot, seed: int, coulomb: Size = 0.0, viscous: Size = 0.0, rotor: Size = 0.0, noise: float = 0.0
+) -> pid.Recording:
+    """A recording whose torque is Pinocchio's and closed-form friction to the last digit."""
+    time, q, v, a = pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1).sample(125.0)
+    data = robot.pinocchio.createData()
+    torque = np.array([pin.rnea(robot.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
+    torque += coulomb * np.tanh(v / 0.01) + viscous * v + rotor * a
+    torque += noise * np.random.default_rng(seed).standard_normal(torque.shape)
+    return recording_from_rows(Channels(time=time, q=q, effort=torque, effort_kind="torque", dq=v), f"exact {seed}")
+
+
+@pytest.fixture(scope="module")
+def two_joints(tmp_path_factory: pytest.TempPathFactory) -> pid.Robot:
+    path = tmp_path_factory.mktemp("arm") / "arm.urdf"
+    path.write_text(URDF)
+    return pid.load_robot(path)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_joints_are_identified_to_the_interpolation(method: str, two_joints: pid.Robot) -> None:
+    runs = [exact(two_joints, seed, 1.0, 0.5) for seed in (1, 2)]
+    estimate = pid.identify(two_joints, runs, method=method)
+    assert pid.validate(estimate, [exact(two_joints, 9, 1.0, 0.5)]).relative.max() < 1e-3  # percent
+    np.testing.assert_allclose(estimate.model.parameters("coulomb_friction"), 1.0, rtol=1e-4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_an_arm_without_friction_and_rotors_is_identified(method: str, noise: float, ur5: pid.Robot) -> None:
+    """The truth lies on the boundary of every cone of friction and rotors at once."""
+    runs = [exact(ur5, seed, noise=noise) for seed in (1, 2)]
+    estimator = pid.Physical(resamples=0) if method == "physical" else method
+    estimate = pid.identify(ur5, runs, method=estimator)
+    rms = pid.validate(estimate, [exact(ur5, 9)]).rms
+    assert rms.max() < max(0.1 * noise, 2e-3)
+    assert np.abs(estimate.model.parameters("rotor_inertia")).max() < max(noise, 1e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_data_are_no_harder_than_noisy_ones(method: str, ur5: pid.Robot) -> None:
+    """Iterations, which noise does not shorten."""
+    needed = [
+        pid.identify(
+            ur5,
+            [exact(ur5, seed, COULOMB, VISCOUS, noise=noise) for seed in (1, 2)],
+            method=pid.Physical(resamples=0) if method == "physical" else method,
+        ).certificate.iterations
+        for noise in (0.0, 0.2)
+    ]
+    assert needed[0] <= needed[1]
+
+
+def test_what_a_simulator_lacks_is_named_and_nothing_else(ur5: pid.Robot) -> None:
+    runs = [exact(ur5, seed, COULOMB, rotor=ROTOR) for seed in (1, 2, 3)]
+    with pytest.warns(pid.PhysidentWarning, match="has no noise, as a simulator's"):
+        found = pid.diagnose_motion(pid.Model.nominal(ur5, ["rigid_body"]), runs[:2], runs[2:])
+    assert {finding.effect for finding in found.findings} == {"coulomb_friction", "rotor_inertia"}
+    for finding, truth in ((f, COULOMB if f.effect == "coulomb_friction" else ROTOR) for f in found.findings):
+        assert finding.joints == (1, 2, 3, 4, 5, 6)
+        np.testing.assert_allclose([value.value for value in finding.parameters], truth, rtol=1e-3)
+    assert found.verdict == "explained"
+
+
+def test_a_change_is_named_alone_and_no_change_not_at_all(ur5: pid.Robot) -> None:
+    with warnings.catch_warnings(action="ignore", category=pid.PhysidentWarning):
+        before = pid.identify(ur5, [exact(ur5, seed, COULOMB, VISCOUS, ROTOR) for seed in (1, 2)])
+        more = COULOMB + np.array([0, 3.0, 0, 0, 0, 0])
+        changed = pid.diagnose_motion(before, [exact(ur5, seed, more, VISCOUS, ROTOR) for seed in (4, 5)])
+        same = pid.diagnose_motion(before, [exact(ur5, seed, COULOMB, VISCOUS, ROTOR) for seed in (6, 7)])
+    assert [(f.effect, f.joints) for f in changed.findings] == [("coulomb_friction", (2,))]
+    assert changed.findings[0].parameters[0].change == pytest.approx(3.0, rel=1e-3)
+    assert (same.findings, same.verdict) == ((), "nothing_missing")
+    assert same.incomplete == ()
+
+
+def test_all_placebos_passing_is_a_refusal() -> None:
+    from physident.diagnosis.diagnose import _refuse_if_placebos_pass
+    from physident.diagnosis.result.findings import Placebo
+
+    passing, failing = Placebo("placebo", 1, 9.0, 1.0), Placebo("placebo", 2, 0.0, 1.0)
+    _refuse_if_placebos_pass([passing, failing])
+    _refuse_if_placebos_pass([])
+    with pytest.raises(pid.NotSolvedError, match="all 2 placebos"):
+        _refuse_if_placebos_pass([passing, passing])
