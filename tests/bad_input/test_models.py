@@ -35,7 +35,7 @@ ENTRIES: dict[str, tuple[str, Any, str]] = {
     "effect unknown setting": ("effects.1.colour", "red", "colour"),
     "effect joint beyond": ("effects.1.joints", [9], "joint 9"),
     "effect joints text": ("effects.1.joints", "x", "not a complete model"),
-    "effect smoothing zero": ("effects.3.smoothing", 0, "smoothing"),
+    "effect smoothing negative": ("effects.3.smoothing", -0.01, "smoothing"),
     "effect smoothing text": ("effects.3.smoothing", "x", "smoothing|complete"),
     "parameter renamed": ("parameters.3.name", "banana", "banana"),
     "parameter NaN": ("parameters.3.value", float("nan"), "finite"),
