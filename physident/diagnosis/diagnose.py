@@ -12,13 +12,8 @@ from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.control import changed_since, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-<<<<<<< HEAD
 from physident.diagnosis.problem.question import Question, choose_question
-from physident.diagnosis.problem.requirements import check_holdout, refuse_repeated
-=======
-from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
->>>>>>> robust
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
@@ -34,9 +29,9 @@ from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
+from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
-from physident.estimation.transition_width import model_with_transitions
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording

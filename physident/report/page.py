@@ -48,12 +48,8 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("meta", charset="utf-8"),
         tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
-<<<<<<< HEAD
-        tag("title", headline(c.question, c.verdict, c.causes)),
-=======
         tag("meta", name="generator", content=f"physident {VERSION}"),
-        tag("title", headline(c.question, c.verdict, c.findings)),
->>>>>>> robust
+        tag("title", headline(c.question, c.verdict, c.causes)),
         tag("style", Markup(STYLE)),
     )
     sections = [

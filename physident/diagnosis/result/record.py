@@ -31,14 +31,10 @@ class DiagnosisRecord:
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
-<<<<<<< HEAD
     recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
-    whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from.
-=======
-    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from; ``model_file`` is
-    the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the extended model;
-    None where they were not saved.
->>>>>>> robust
+    whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from;
+    ``model_file`` is the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the
+    extended model; None where they were not saved.
     """
 
     question: Question
@@ -104,13 +100,9 @@ class DiagnosisRecord:
             "schema": SCHEMA,
             "question": self.question,
             "verdict": self.verdict,
-<<<<<<< HEAD
-            "findings": [_plain(asdict(f)) for f in self.findings],
+            "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
             "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
             "controlled": self.controlled,
-=======
-            "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
->>>>>>> robust
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),

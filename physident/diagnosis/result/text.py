@@ -33,19 +33,11 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
-<<<<<<< HEAD
     for number, finding in enumerate(d.causes[:SHOWN], 1):
-        rows += ["", *_finding(number, finding, paths.get(finding.recording, ""))]
+        rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
     if len(d.causes) > SHOWN:
         rows.append(f"... and {len(d.causes) - SHOWN} more causes, in the JSON")
     rows += ["", *_minor(d), *_unexplained(d), *_checks(d)]
-=======
-    for number, finding in enumerate(d.findings[:SHOWN], 1):
-        rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
-    if len(d.findings) > SHOWN:
-        rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
-    rows += ["", *_unexplained(d), *_checks(d)]
->>>>>>> robust
     if d.recording_offsets:
         rows.append("a constant torque per recording was refitted with the model and is never reported as a cause")
     if d.incomplete:
