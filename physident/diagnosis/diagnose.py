@@ -11,6 +11,8 @@ from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.control import changed_since, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded
+from physident.diagnosis.grading.holdout import held_to_unseen, without
+from physident.diagnosis.grading.members import members
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -130,6 +132,14 @@ def diagnose_motion(
     findings, since_before = _held_against(
         hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
     )
+    findings = held_to_unseen(hypothesis, findings, holdout, gains)
+    if extended is not None and (hints := [finding for finding in findings if finding.grade == "hint"]):
+        sure = without(hypothesis, hints)
+        extended = (
+            replace(extended_estimate(sure, uncertainty_of(sure), with_torque), layout=layout, drive_gains=gains)
+            if sure.accepted
+            else None
+        )
     causes = any(finding.grade == "cause" for finding in findings)
     error_before, error_after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
     return Diagnosis(
@@ -209,18 +219,9 @@ def _held_against(
     if not control or not tested:
         return tuple(findings), ()
     signals = prepare_all(hypothesis.problem.model.robot, control, filter)
-    members = [_members(hypothesis, finding) for finding in tested]
+    members = [members(hypothesis, finding) for finding in tested]
     alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, members), strict=True) if not new}
     return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
-
-
-def _members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
-    """The accepted effects (their indices) that a finding joins."""
-    return [
-        i
-        for i, one in enumerate(hypothesis.accepted)
-        if one.candidate.name == finding.effect and set(one.candidate.joints) <= set(finding.joints)
-    ]
 
 
 def _verdict(found: bool, structured: bool) -> Verdict:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
     from physident.robots.robot import Robot
 
+CAUSE_FOUND = 4  # exit code of --fail-on cause
+
 
 @app.command(short_help="Find what a model gets wrong, and why.")
 def diagnose(
@@ -55,6 +57,18 @@ def diagnose(
         typer.Option(
             "--holdout", metavar="RECORDING...", help="Recordings to validate the result on, up to the next option."
         ),
+    ] = None,
+    before: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--before",
+            metavar="RECORDING...",
+            help="With --model: recordings from before a change, up to the next option; default: those of the model.",
+        ),
+    ] = None,
+    fail_on: Annotated[
+        str | None,
+        typer.Option("--fail-on", metavar="cause", help="End with exit code 4 where a cause is found."),
     ] = None,
     json_out: JsonOption = None,
     out: Annotated[
@@ -105,8 +119,14 @@ def diagnose(
         )
     if simulator not in (None, "mujoco", "physident"):
         raise InputError(f"--simulator is {simulator!r}, expected mujoco or physident")
+    if before is not None and model is None:
+        raise InputError(
+            "--before was given without --model; expected it with a model that was identified before a change"
+        )
+    if fail_on not in (None, "cause"):
+        raise InputError(f"--fail-on is {fail_on!r}, expected cause")
     holdouts = holdout or []
-    check_outputs([*recordings, *holdouts, model, robot], json_out, out, plot=plot)
+    check_outputs([*recordings, *holdouts, *(before or []), model, robot], json_out, out, plot=plot)
     start = (
         _identified(model, cutoff) if model is not None else _described(robot_of(robot, joints, lock, tool), effects)
     )
@@ -115,9 +135,10 @@ def diagnose(
     named = (start.model if isinstance(start, Estimate) else start).robot.joint_names
     loaded = read_recordings(recordings, layout, drive_gains, joints=named)
     unseen = read_recordings(holdouts, layout, drive_gains, joints=named) if holdouts else []
+    control = read_recordings(before, layout, drive_gains, joints=named) if before else None
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     with busy("searching") as say:
-        found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets)
+        found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets, control)
     if isinstance(found, AtRest) and (out is not None or plot is not None):
         raise InputError("no recording moves; expected recordings in motion for --out and --plot")
     if simulator is not None and not isinstance(found, AtRest):
@@ -143,6 +164,8 @@ def diagnose(
     typer.echo(repr(found))
     if isinstance(found, Diagnosis) and out is not None:
         typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
+    if fail_on is not None and isinstance(found, Diagnosis) and found.causes:
+        raise typer.Exit(CAUSE_FOUND)
 
 
 def _identified(path: Path, cutoff: float | None) -> Estimate:

@@ -99,5 +99,6 @@ def _check(c: DiagnosisRecord) -> None:
     if wrong := [j for j in (*joints, *c.incomplete, *(r.joint for r in c.unexplained)) if not 1 <= j <= n]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
-    if bool(named_effects) != (c.extended is not None) or bool(c.causes) != named:
+    carried = [f for f in named_effects if f.grade != "hint"]
+    if bool(carried) != (c.extended is not None) or bool(c.causes) != named:
         raise InputError("verdict, findings and extended model do not go together; diagnose again")
