@@ -165,10 +165,12 @@ def test_friction_takes_energy(ur5: pid.Robot) -> None:
             assert (power >= 0).all(), name
 
 
-def test_velocity_friction_is_the_stated_law(ur5: pid.Robot) -> None:
-    signals = motion(ur5)
+@pytest.mark.parametrize("width", [None, 0.01])
+def test_velocity_friction_is_the_stated_law(width: float | None, ur5: pid.Robot) -> None:
+    """Of single states; the sign of all dry friction turns over the width of the arm's own, or sharply."""
+    signals = replace(motion(ur5), transition=None if width is None else np.full(6, width))
     v = signals.v[:, 2]
-    smooth = np.tanh(v / 0.01)
+    smooth = np.tanh(v / (width or 1e-3))
     assert signals.load is not None
     laws = {
         "viscous_friction": v,
@@ -186,7 +188,7 @@ def test_velocity_friction_is_the_stated_law(ur5: pid.Robot) -> None:
     coupled = pid.CATALOGUE["coupled_friction"](joints=(5, 6)).regressor(ur5, signals)
     together = signals.v[:, 4] + signals.v[:, 5]
     for row in (4, 5):
-        np.testing.assert_allclose(coupled[:, row], np.column_stack([np.tanh(together / 0.01), together]), atol=1e-12)
+        np.testing.assert_allclose(coupled[:, row], np.column_stack([np.tanh(together / 1e-3), together]), atol=1e-12)
     assert np.abs(coupled[:, :4]).max() == 0
 
 

@@ -120,7 +120,8 @@ def test_contact_is_the_tools_jacobian(ur5: pid.Robot) -> None:
 
 def test_load_is_inertia_and_gravity_alone(ur5: pid.Robot) -> None:
     """``load`` has no friction; ``motor`` has all but the measurement effects, which act last on it."""
-    base = pid.Model.nominal(ur5)
+    smooth = pid.CATALOGUE["coulomb_friction"](smoothing=0.01)
+    base = pid.Model.nominal(ur5, ["rigid_body", "rotor_inertia", "viscous_friction", smooth, "torque_offset"])
     effects = (*base.effects, ready("torque_constant", joints=(2,)))
     theta = np.concatenate([base.theta, [0.1]])
     theta[-7:-1] = 3.0  # torque offsets

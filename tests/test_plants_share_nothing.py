@@ -159,7 +159,7 @@ def test_the_search_for_numbers_finds_them() -> None:
     """It sees the widths of friction that this rule is most about, and would see them if they were equal."""
     of_plant = {n.name: n for n in numbers(FIRST)}
     of_finder = {n.name: n for n in numbers(FINDER)}
-    width, smoothing = of_plant["WIDTH"], of_finder["SMOOTHING"]
+    width, smoothing = of_plant["WIDTH"], of_finder["SHARPEST"]
     assert width.unit == smoothing.unit == "rad/s"
     assert shared([Number("WIDTH", "", smoothing.value, "rad/s")], [smoothing])
     assert of_plant["Friction.slip"].unit == "rad"
@@ -242,7 +242,7 @@ def test_nothing_that_hides_imports_what_finds() -> None:
     hiding = ["tests.truth", "tests.serial_arms", *_modules(FIRST), *_modules(SECOND), *makers]
     assert _from_finder(reached(hiding)) == []
     # the one place that gives an arm the estimator's friction is seen from afar
-    assert "physident.effects.friction" in reached(["studies.blind_trials.arms"])
+    assert "physident.recordings.velocity_sign" in reached(["studies.blind_trials.arms"])
 
 
 def test_the_second_world_draws_without_what_finds() -> None:

@@ -26,11 +26,12 @@ VISCOUS = np.array([6.0, 6.0, 4.0, 2.0, 2.0, 1.0])  # N m s/rad
 COULOMB = np.array([8.0, 8.0, 6.0, 2.0, 2.0, 1.5])  # N m
 OFFSET = np.array([0.5, -0.4, 0.3, -0.2, 0.1, 0.2])  # N m
 POSE = np.array([0.3, -1.0, 0.8, 0.2, -0.5, 0.1])
+SMOOTH = CoulombFriction(smoothing=0.01, presliding=0.0)  # a function of the state, so that a model states its torque
 
 
-def arm(robot: pid.Robot, coulomb: CoulombFriction | None = None, *others: pid.Effect, theta: tuple = ()) -> pid.Model:
+def arm(robot: pid.Robot, coulomb: CoulombFriction = SMOOTH, *others: pid.Effect, theta: tuple = ()) -> pid.Model:
     """A UR5 with rotor inertia, viscous and dry friction, and whatever else."""
-    effects = (RigidBody(), RotorInertia(), ViscousFriction(), coulomb or CoulombFriction(), *others)
+    effects = (RigidBody(), RotorInertia(), ViscousFriction(), coulomb, *others)
     return pid.Model(robot, effects, np.concatenate([robot.nominal, ROTOR, VISCOUS, COULOMB, *theta]))
 
 
@@ -85,8 +86,8 @@ def test_inverse_dynamics_equal_mujoco(ur5):
 
 
 def test_forward_dynamics_equal_mujoco(ur5):
-    # MuJoCo has a hard sign, and an error of first order in its step: hence a narrow sign here and a short step there
-    model = arm(ur5, CoulombFriction(smoothing=1e-5))
+    # MuJoCo has a hard sign, and an error of first order in its step: hence a short distance here and a short step there
+    model, hard = arm(ur5, CoulombFriction()), arm(ur5, CoulombFriction(presliding=1e-7))
     motion = pid.random_trajectory(ur5, seed=1, harmonics=3, base_frequency=0.2)
     planned = integrate(model, motion, ComputedTorque(), step=0.002)
 
@@ -94,7 +95,7 @@ def test_forward_dynamics_equal_mujoco(ur5):
         return np.array([np.interp(time, planned.time, column) for column in drive(planned).T]).T
 
     start = resting(planned.q[0], 2.0)
-    own = integrate(model, start, Released(), lambda time, q, v: torque(time), step=0.002)
+    own = integrate(hard, start, Released(), lambda time, q, v: torque(time), step=0.0005)
     step = 2.5e-5
     mujoco, engine, data = mujoco_ur5(ur5, COULOMB, step)
     data.qpos = own.q[0]
@@ -152,7 +153,7 @@ def test_momentum_of_a_free_two_link_arm_is_conserved(tmp_path):
 @pytest.mark.parametrize("step", [0.001, 0.02])
 @pytest.mark.parametrize("presliding", [0.0, 1e-3])
 def test_friction_never_feeds_energy(ur5, presliding, step):
-    coulomb = CoulombFriction(presliding=presliding)
+    coulomb = replace(SMOOTH, presliding=presliding)
     model = arm(ur5, coulomb)
     states = integrate(model, resting(POSE, 3.0), Released(), step=step)
     total = energy(model, states, ROTOR)
@@ -178,7 +179,7 @@ def test_halving_the_step(ur5):
 def test_stiction_holds_an_arm_under_gravity(ur5):
     strong = np.array([60.0, 60.0, 40.0, 10.0, 10.0, 10.0])  # N m: more than gravity asks
     values = np.concatenate([ur5.nominal, ROTOR, VISCOUS, strong])
-    sticking = replace(arm(ur5, CoulombFriction(presliding=1e-4)), theta=values)
+    sticking = replace(arm(ur5, CoulombFriction()), theta=values)  # as it is by default
     states = integrate(sticking, resting(POSE, 10.0), Released())
     late = states.time > 5.0
     assert np.abs(states.q - POSE).max() < 2e-3  # bends, and holds
@@ -194,7 +195,7 @@ def test_stiction_holds_an_arm_under_gravity(ur5):
 def test_a_held_arm_neither_creeps_nor_chatters(ur5, presliding):
     stiff = PD(tuple(1e5 * ROTOR), tuple(1e3 * ROTOR))
     pushed = pid.Model(ur5, arm(ur5).effects, np.concatenate([1.3 * ur5.nominal, ROTOR, VISCOUS, COULOMB]))
-    model = replace(pushed, effects=arm(ur5, CoulombFriction(presliding=presliding)).effects)
+    model = replace(pushed, effects=arm(ur5, replace(SMOOTH, presliding=presliding)).effects)
     for controller in (stiff, None):
         states = integrate(model, resting(POSE, 6.0), controller)
         late = states.time > 5.0
@@ -203,7 +204,7 @@ def test_a_held_arm_neither_creeps_nor_chatters(ur5, presliding):
 
 
 def test_recorded_torque_is_the_models(ur5):
-    model = arm(ur5, None, TorqueOffset(), theta=(OFFSET,))
+    model = arm(ur5, SMOOTH, TorqueOffset(), theta=(OFFSET,))
     motion = pid.random_trajectory(ur5, 5, base_frequency=0.2)
     for controller in (None, ComputedTorque(model=frictionless(ur5, ROTOR))):
         states = integrate(model, motion, controller)
@@ -220,8 +221,8 @@ def test_computed_torque_with_the_true_model_follows_exactly(ur5):
 
 
 def test_identification_returns_the_truth(ur5, tmp_path):
-    model = arm(ur5, None, TorqueOffset(), theta=(OFFSET,))
-    estimate = pid.identify(ur5, [simulate(model, pid.random_trajectory(ur5, 7, duration=20.0))])
+    model = arm(ur5, SMOOTH, TorqueOffset(), theta=(OFFSET,))
+    estimate = pid.identify(ur5, [simulate(model, pid.random_trajectory(ur5, 7, duration=20.0))], model.effects)
     for effect, truth in (("viscous_friction", VISCOUS), ("coulomb_friction", COULOMB), ("torque_offset", OFFSET)):
         np.testing.assert_allclose(estimate.model.parameters(effect), truth, atol=0.02)
     # and what was identified is an arm that the command line simulates
@@ -296,7 +297,7 @@ class LoadFriction(pid.Effect):
 def test_minimal_effects_work_in_the_simulator(ur5):
     motion = pid.random_trajectory(ur5, 9, base_frequency=0.2)
     for effect, value in ((SquareDrag(), 3.0), (PoseInertia(joints=(2, 4)), 0.4)):
-        model = arm(ur5, None, effect, theta=(np.full(len(effect.active(ur5)), value),))
+        model = arm(ur5, SMOOTH, effect, theta=(np.full(len(effect.active(ur5)), value),))
         states = integrate(model, motion)
         np.testing.assert_allclose(drive(states), model.torque(states), atol=1e-5)
         without = integrate(arm(ur5), motion)
@@ -308,9 +309,9 @@ ON_THE_PLANT = [name for name, effect in pid.CATALOGUE.items() if effect.acts_on
 
 @pytest.mark.parametrize("name", ON_THE_PLANT)
 def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
-    effect = pid.CATALOGUE[name].at_grid_middle()
+    effect = SMOOTH if name == "coulomb_friction" else pid.CATALOGUE[name].at_grid_middle()
     strength = np.full(len(effect.columns(ur5)), 0.1)
-    base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction()) if part.name != name]
+    base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), SMOOTH) if part.name != name]
     nominal = pid.Model.nominal(ur5, base)
     model = pid.Model(ur5, (*base, effect), np.concatenate([nominal.theta, strength]))
     if name == "rigid_body":
@@ -321,7 +322,7 @@ def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
 
 def test_friction_may_depend_on_the_load(ur5):
     motion = pid.random_trajectory(ur5, 9, base_frequency=0.2)
-    states = integrate(arm(ur5, None, LoadFriction(), theta=(np.full(6, 0.1),)), motion)
+    states = integrate(arm(ur5, SMOOTH, LoadFriction(), theta=(np.full(6, 0.1),)), motion)
     plain = arm(ur5)
     load = pid.Model(ur5, plain.effects[:2], plain.theta[:66]).torque(states)
     expected = plain.torque(states) + 0.1 * np.tanh(states.v / 0.01) * np.abs(load)
@@ -347,7 +348,7 @@ def test_an_effect_that_is_no_number_is_refused(ur5):
     motion = pid.random_trajectory(ur5, 9, base_frequency=0.4)
     for effect, message in ((Broken(), "first state"), (BrokenMeter(), "broken_meter")):
         with pytest.raises(pid.PhysidentError, match=message):
-            simulate(arm(ur5, None, effect, theta=(np.ones(6),)), motion)
+            simulate(arm(ur5, SMOOTH, effect, theta=(np.ones(6),)), motion)
 
 
 def test_extra_torque_pushes_and_is_not_measured(ur5):
@@ -381,7 +382,7 @@ def test_a_tree_with_a_prismatic_joint(tmp_path):
     (tmp_path / "tree.urdf").write_text(TREE)
     robot = pid.load_robot(tmp_path / "tree.urdf")
     n = robot.n
-    effects = (RigidBody(), ViscousFriction(), CoulombFriction())
+    effects = (RigidBody(), ViscousFriction(), SMOOTH)
     model = pid.Model(robot, effects, np.concatenate([robot.nominal, np.full(n, 0.5), np.full(n, 0.5)]))
     motion = pid.random_trajectory(robot, 0, base_frequency=0.2, duration=5.0, scale=0.5)
     states = integrate(model, motion)

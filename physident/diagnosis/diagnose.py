@@ -9,14 +9,16 @@ import numpy as np
 
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.control import changed_since, control_recordings
+from physident.diagnosis.grading.grades import expected_error, graded
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.problem.question import choose_question
+from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
 from physident.diagnosis.result.extended_estimate import extended_estimate
-from physident.diagnosis.result.findings import Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
+from physident.diagnosis.result.findings import Finding, Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
@@ -27,6 +29,7 @@ from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
+from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
@@ -49,6 +52,7 @@ def diagnose(
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
     recording_offsets: bool = False,
+    before: Sequence[Recording] | None = None,
 ) -> Diagnosis | AtRest:
     """What recordings show that a model does not: causes with their proof on left-out rows or recordings.
 
@@ -58,7 +62,7 @@ def diagnose(
     """
     recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     if not is_at_rest(recordings):
-        return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets)
+        return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets, before)
     if holdout or filter is not None or recording_offsets:
         raise InputError(
             "all recordings are at standstill, but a holdout, a filter or recording_offsets was given; expected recordings"
@@ -77,12 +81,14 @@ def diagnose_motion(
     progress: Callable[[str], None] = lambda _: None,
     columns: str | None = None,
     recording_offsets: bool = False,
+    before: Sequence[Recording] | None = None,
 ) -> Diagnosis:
     """What recordings of a moving arm show that a model does not: causes with their proof on left-out rows.
 
     Given an ``Estimate``, it finds effects that are missing (recordings that were fitted) or that have changed (new
     recordings); a ``Model`` is treated as nominal. ``holdout`` is scored once, at the end. ``filter``, and the ``columns``
-    stored in the extended model, apply to a ``Model`` only; ``seed`` draws the surrogates. With ``recording_offsets`` a
+    stored in the extended model, apply to a ``Model`` only; ``before`` are recordings from before a change, which findings are
+    held against, by default those that the model was fitted to; ``seed`` draws the surrogates. With ``recording_offsets`` a
     constant torque per recording is refitted and never reported. Raises InputError for no recordings, a repeated one, a mixture of fitted and
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
     before the search. Raises NotSolvedError where every placebo passes as a cause.
@@ -102,6 +108,8 @@ def diagnose_motion(
     check_holdout(model, recordings, holdout, used_filter)
     warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
+    if isinstance(model, Model):  # a description says nothing of how its friction turns
+        model = given = model_with_transitions(model, signals, used_filter)
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
     placebos = _placebos(found.last)
@@ -110,20 +118,28 @@ def diagnose_motion(
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
     checks = [check_rivals(last, accepted) for accepted in hypothesis.accepted]
-    findings = make_findings(hypothesis, checks, uncertainty, from_currents)
+    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents)
     extended = None
-    if findings:
+    if found_effects:
         refitted = extended_estimate(hypothesis, uncertainty, with_torque)
         extended = replace(refitted, layout=layout, drive_gains=gains)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
-    before, after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
+    expected = expected_error(hypothesis, estimate, floor)
+    control = _control(estimate, before, question)
+    findings, since_before = _held_against(
+        hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
+    )
+    causes = any(finding.grade == "cause" for finding in findings)
+    error_before, error_after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
     return Diagnosis(
         question=question,
-        verdict=_verdict(bool(findings), bool(above_noise_floor(unexplained, floor))),
+        verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
         findings=findings,
-        before=before,
-        after=after,
+        missing_since_before=since_before,
+        controlled=bool(control) if question == "different" else None,
+        before=error_before,
+        after=error_after,
         scored_on="holdout" if holdout else "left-out rows",
         noise_floor=floor,
         placebos=placebos,
@@ -172,6 +188,39 @@ def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypo
             rest = state_hypothesis(problem, [*accepted[:i], *accepted[i + 1 :]], last.model, last.data)
             accepted[i] = replace(one, effect=refine_shape(rest, one.candidate))
     return settled_hypothesis(problem, accepted, last)
+
+
+def _control(
+    estimate: Estimate | None, before: Sequence[Recording] | None, question: Question
+) -> tuple[Recording, ...]:
+    """The recordings that a change is held against: those given, or those that the model was fitted to."""
+    if estimate is None or question != "different":
+        return ()
+    if before is None:
+        return control_recordings(estimate)
+    return tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)
+
+
+def _held_against(
+    hypothesis: Hypothesis, findings: Sequence[Finding], control: Sequence[Recording], filter: Filter
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The findings that are changes, and those that the control shows alike."""
+    tested = [finding for finding in findings if not finding.intervals]  # a contact belongs to one recording
+    if not control or not tested:
+        return tuple(findings), ()
+    signals = prepare_all(hypothesis.problem.model.robot, control, filter)
+    members = [_members(hypothesis, finding) for finding in tested]
+    alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, members), strict=True) if not new}
+    return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
+
+
+def _members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
+    """The accepted effects (their indices) that a finding joins."""
+    return [
+        i
+        for i, one in enumerate(hypothesis.accepted)
+        if one.candidate.name == finding.effect and set(one.candidate.joints) <= set(finding.joints)
+    ]
 
 
 def _verdict(found: bool, structured: bool) -> Verdict:

@@ -21,7 +21,7 @@ from physident.robots.robot import Robot
 
 SHARPEST = 1e-3  # rad/s: width of the sign of a state about which nothing else is known, such as one of a simulation
 SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SHARPEST})"  # ``smooth_sign`` in exported code
-PRESLIDING = 1e-4  # rad|m: a gear's teeth and a bearing's balls deflect that much before they slide
+PRESLIDING = 1e-5  # rad|m: below an encoder's step; ten times as much already looks like a delay of the torque
 ERF_WIDTH = np.sqrt(2 / np.pi)  # standard deviation of the velocity whose expected sign is as steep as tanh(v / 1)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.dynamics.regressor import Regressor, build_regressor
+from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect, ShapeParameter
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.least_squares import solve_step
@@ -20,6 +20,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 SWEEPS = 5
+ROUNDS = 3  # of shapes and of the widths of dry friction, each given the other
 SETTLED = 1e-3  # largest change between rounds: of the noise's size, or of the model's torque relative to the residual
 REFRESHES = 20
 REFINED = 1e-2  # relative width at which the search for a shape parameter ends, well below its standard error
@@ -32,11 +33,36 @@ def settle(
 
     Shape parameters that are not given are identified on the same recordings: the weighted residual after all linear
     parameters are refitted is minimised over a grid and then refined (variable projection: Golub and Pereyra, 1973).
+    Shapes and the widths of dry friction are found in turn: a wrong one near zero speed would be mended by the other.
     Columns that depend on the model are rebuilt with weighted least squares until the prediction no longer changes.
     """
-    found = find_shapes(robot, tuple(effects), signals, filter)
-    regressor = settled_regressor(robot, found, signals, filter)
-    return with_transitions(robot, found, regressor, signals, filter, quick_fit(robot, found, regressor))
+    effects = tuple(effects)
+    known = [i for i, effect in enumerate(effects) if not _open(effect)]
+    turned, regressor = _turned(robot, tuple(effects[i] for i in known), signals, filter)
+    if len(known) == len(effects):
+        return turned, regressor
+    for _ in range(ROUNDS):
+        given = _placed(effects, known, turned)
+        shaped = _placed(find_shapes(robot, given, signals, filter), known, tuple(effects[i] for i in known))
+        found, regressor = _turned(robot, shaped, signals, filter)
+        if (now := tuple(found[i] for i in known)) == turned:
+            break
+        turned = now
+    return found, regressor
+
+
+def _turned(
+    robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter
+) -> tuple[tuple[Effect, ...], Regressor]:
+    """Effects whose shapes are known with the width of every dry friction, and their regressor."""
+    regressor = settled_regressor(robot, effects, signals, filter)
+    return with_transitions(robot, effects, regressor, signals, filter, quick_fit(robot, effects, regressor))
+
+
+def _placed(effects: tuple[Effect, ...], places: list[int], others: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The effects with ``others`` at some places."""
+    chosen = dict(zip(places, others, strict=True))
+    return tuple(chosen.get(i, effect) for i, effect in enumerate(effects))
 
 
 def settled_regressor(
@@ -70,6 +96,7 @@ def find_shapes(
     if not open_effects:
         return effects
     fixed = tuple(effect for i, effect in enumerate(effects) if i not in open_effects)
+    signals = [with_transition(robot, fixed, one) for one in signals]  # a candidate alone states no width
     regressor = settled_regressor(robot, fixed, signals, filter)
     weights = _weights(robot, fixed, regressor)
     chosen: dict[tuple[int, int], Effect] = {}

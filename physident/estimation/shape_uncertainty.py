@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.regressor import JointRows, Regressor, build_regressor
+from physident.dynamics.regressor import JointRows, Regressor, build_regressor, with_transition
 from physident.effects.effect import Column, Effect
 from physident.identifiability.base_parameters import BaseParameters
 from physident.json_records import NotNegative, Positive
@@ -80,6 +80,7 @@ def shape_sensitivities(
     filter: Filter,
 ) -> ShapeSensitivities:
     """Sensitivities at ``theta`` (p,) to the shape parameters that ``initial`` left open; discrete ones have none."""
+    signals = [with_transition(robot, settled, one) for one in signals]  # an effect alone states no width
     torque, places = [], []
     at = 0
     for index, (before, effect) in enumerate(zip(initial, settled, strict=True)):

@@ -19,6 +19,10 @@ SHOWN = 1000  # samples from which the variances are estimated: their relative e
 ROUGH = 9  # samples of a local parabola
 STEP = 2.0  # natural logarithm of the first step of each variance; halved until it is below SETTLED
 SETTLED = 0.3
+MEMORY = (
+    100  # samples over which positions are averaged at most: beyond, rounding decides, and a joint at rest has no limit
+)
+EXACT = 1e-9  # of the largest value: no position or velocity is known better
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +55,8 @@ class SmoothedMotion:
 
 
 def smooth_motion(q: Array, dq: Array | None, rate: float, noise: MotionNoise) -> SmoothedMotion:
-    """The most likely motion of one joint from positions (N,) and, where measured, velocities (N,) at ``rate`` [Hz]."""
+    """The most likely motion of one joint from positions (N,) and, where measured, velocities (N,) at ``rate`` [Hz]; without
+    velocities at least four positions determine it."""
     states, _ = _solve(q, dq, rate, noise, _rough_motion(q, rate))
     return SmoothedMotion(
         q=states[:, 0], v=states[:, 1] * rate, a=states[:, 2] * rate**2, v_std=_velocity_std(rate, noise), noise=noise
@@ -69,20 +74,50 @@ def estimate_noise(q: Array, dq: Array | None, rate: float, encoder_step: float)
     ``encoder_step`` [rad|m]."""
     window = _liveliest(q, SHOWN)
     q, dq = q[window], None if dq is None else dq[window]
-    floor = max(encoder_step / np.sqrt(12), 1e-9 * max(1.0, float(np.abs(q).max())))
-    third = np.diff(q, 3) if len(q) > 8 else np.zeros(1)
-    rough = max(float(np.std(third)) * rate**2.5, 1e-6)
-    first = MotionNoise(
-        position=floor, velocity=np.inf if dq is None else max(floor * rate / 10, 1e-6), clock=1e-3 / rate,
-        jerk=min(rough**2, 100.0),
+    least = MotionNoise(
+        position=max(encoder_step / np.sqrt(12), _exactness(q)), velocity=np.inf if dq is None else _exactness(dq),
+        clock=1e-6 / rate, jerk=0.0,
     )  # fmt: skip
-    return _most_likely(q, dq, rate, first, floor)
-
-
-def _most_likely(q: Array, dq: Array | None, rate: float, noise: MotionNoise, floor: float) -> MotionNoise:
-    """Coordinate descent over the logarithms of the variances."""
-    names = ["jerk", "clock", "position"] + (["velocity"] if dq is not None else [])
     moved = _rough_motion(q, rate)
+    starts = _starts(q, dq, rate, least, moved)
+    first = min(starts, key=lambda noise: _misfit(q, dq, rate, noise, moved))
+    return _most_likely(q, dq, rate, first, least, moved)
+
+
+def _starts(q: Array, dq: Array | None, rate: float, least: MotionNoise, moved: Array) -> list[MotionNoise]:
+    """Where to start from: what the positions change by from sample to sample may be motion, or noise, or a part of each."""
+    third = float(np.std(np.diff(q, 3))) if len(q) > ROUGH else 0.0
+    white = max(third / np.sqrt(20), least.position)  # third differences of white noise have 20 times its variance
+    rough = max(min(third * rate**2.5, 10.0), 1e-6) ** 2
+    velocities, fastest = [least.velocity], float(np.abs(moved[0]).max())
+    if dq is not None:
+        still = float(np.std(np.diff(dq, 3))) / np.sqrt(20) if len(dq) > ROUGH else 0.0
+        tried = (least.position * rate / 10, 1e-6, still, float(np.std(dq - moved[0])))
+        velocities = [max(least.velocity, speed) for speed in tried]
+    found = []
+    for position in (least.position, white):
+        for velocity in velocities:
+            for jerk in (rough, 1e-4 * rough, 0.0):
+                noise = replace(least, position=position, velocity=velocity, clock=1e-3 / rate)
+                found.append(replace(noise, jerk=max(jerk, 10 * _least_jerk(noise, rate, fastest))))
+    return found
+
+
+def _exactness(values: Array) -> float:
+    return EXACT * max(1.0, float(np.abs(values).max()))
+
+
+def _least_jerk(noise: MotionNoise, rate: float, fastest: float) -> float:
+    """The power density of jerk with which positions are averaged over ``MEMORY`` samples, at the ``fastest`` speed."""
+    return (noise.position**2 + (noise.clock * fastest) ** 2) * rate**5 / MEMORY**6
+
+
+def _most_likely(
+    q: Array, dq: Array | None, rate: float, noise: MotionNoise, least: MotionNoise, moved: Array
+) -> MotionNoise:
+    """Coordinate descent over the logarithms of the variances, none below those of ``least``."""
+    names = ["jerk", "clock", "position"] + (["velocity"] if dq is not None else [])
+    fastest = float(np.abs(moved[0]).max())
     best, size = _misfit(q, dq, rate, noise, moved), STEP
     while size > SETTLED:
         improved = False
@@ -90,9 +125,9 @@ def _most_likely(q: Array, dq: Array | None, rate: float, noise: MotionNoise, fl
             for sign in (1, -1):
                 while True:
                     value = getattr(noise, name) * float(np.exp(sign * size / (1 if name == "jerk" else 2)))
-                    if (name == "position" and value < floor) or (name == "clock" and value < 1e-6 / rate):
-                        break
                     trial = replace(noise, **{name: value})
+                    if value < getattr(least, name) or trial.jerk < _least_jerk(trial, rate, fastest):
+                        break
                     misfit = _misfit(q, dq, rate, trial, moved)
                     if not misfit < best - 1e-6:
                         break
@@ -138,13 +173,26 @@ _INVERSE = np.linalg.inv(np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2]
 
 def _solve(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: Array) -> tuple[Array, float]:
     """The states (N, 3) in units of the sampling interval, and the logarithm of the normal matrix's determinant."""
-    from scipy.linalg import cho_solve_banded, cholesky_banded
+    from scipy.linalg import cho_solve_banded
 
-    N = len(q)
-    W = _INVERSE / (noise.jerk / rate**5)
-    before, after, couple = _TRANSITION.T @ W @ _TRANSITION, W, -_TRANSITION.T @ W
     position, velocity = _variances(noise, moved)
-    measured = (1 / position, np.zeros(N) if dq is None else rate**2 / velocity, np.zeros(N))
+    factor = _factor(position, None if dq is None else velocity, rate, noise.jerk)
+    right = np.zeros((len(q), 3))
+    right[:, 0] = q / position
+    if dq is not None:
+        right[:, 1] = dq * rate / velocity
+    states = cho_solve_banded((factor, False), right.ravel(), check_finite=False).reshape(len(q), 3)
+    return states, 2 * float(np.log(factor[-1]).sum())
+
+
+def _factor(position: Array, velocity: Array | None, rate: float, jerk: float) -> Array:
+    """The Cholesky factor of the normal matrix, in bands (BAND + 1, 3 N), from the variances (N,) of what was measured."""
+    from scipy.linalg import cholesky_banded
+
+    N = len(position)
+    W = _INVERSE / (jerk / rate**5)
+    before, after, couple = _TRANSITION.T @ W @ _TRANSITION, W, -_TRANSITION.T @ W
+    measured = (1 / position, np.zeros(N) if velocity is None else rate**2 / velocity, np.zeros(N))
     bands = np.zeros((BAND + 1, N, 3))
     for row in range(3):
         for column in range(3):
@@ -155,28 +203,19 @@ def _solve(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: A
                 if row == column:
                     band += measured[row]
             bands[BAND + row - 3 - column, 1:, column] = couple[row, column]
-    right = np.zeros((N, 3))
-    right[:, 0] = q * measured[0]
-    if dq is not None:
-        right[:, 1] = dq / rate * measured[1]
-    factor = cholesky_banded(bands.reshape(BAND + 1, 3 * N), check_finite=False)
-    states = cho_solve_banded((factor, False), right.ravel(), check_finite=False).reshape(N, 3)
-    return states, 2 * float(np.log(factor[-1]).sum())
+    return cholesky_banded(bands.reshape(BAND + 1, 3 * N), check_finite=False)
 
 
 def _velocity_std(rate: float, noise: MotionNoise) -> float:
-    """Standard deviation [rad/s|m/s] of the smoothed velocity far from both ends of a recording."""
-    from scipy.linalg import solve_discrete_are
+    """Standard deviation [rad/s|m/s] of the smoothed velocity far from both ends of a recording of a slow motion."""
+    from scipy.linalg import cho_solve_banded
 
-    Q = np.linalg.inv(_INVERSE) * noise.jerk / rate**5
-    measured = np.diag([noise.position**-2, (rate / noise.velocity) ** 2])
-    seen = np.eye(2, 3)[: 1 if np.isinf(noise.velocity) else 2]
-    information = seen.T @ measured[: len(seen), : len(seen)] @ seen
-    # in units of the prediction's own spread the equation is well scaled
-    predicted = solve_discrete_are(_TRANSITION.T, seen.T, Q, np.linalg.inv(measured[: len(seen), : len(seen)]))
-    past = np.linalg.inv(predicted)
-    turned = np.diag([1.0, -1.0, 1.0])  # played backwards, a motion has the opposite velocity
-    return float(np.sqrt(np.linalg.inv(past + turned @ past @ turned + information)[1, 1])) * rate
+    N = 6 * MEMORY + 1
+    variances = _variances(noise, np.zeros((2, N)))
+    factor = _factor(variances[0], None if np.isinf(noise.velocity) else variances[1], rate, noise.jerk)
+    middle = np.zeros(3 * N)
+    middle[3 * (N // 2) + 1] = 1.0
+    return float(np.sqrt(middle @ cho_solve_banded((factor, False), middle, check_finite=False))) * rate
 
 
 def _liveliest(q: Array, length: int) -> slice:

@@ -59,6 +59,8 @@ class Plant:
             self.effects.append((effect, slice(states, states + size)))
             states += size
             weights.append(_weights(effect.pattern(robot), theta, robot.n))
+        stated = [widths for effect in model.effects if (widths := effect.transition(robot)) is not None]
+        self.transition = np.max(stated, axis=0) if stated else None  # as in ``Model.refer``
         self.weights = np.concatenate(weights, axis=1)
         self.states = states
         self.bodies = _bodies(robot.pinocchio, self.links, gravity)
@@ -96,8 +98,9 @@ class Plant:
     def _signals(self, at: Instants) -> Signals:
         warmth = None if self.temperature is None else self.temperature(at.time)
         return Signals(
-            at.time, at.q, at.v, at.a, temperature=warmth, links=self.links, load=at.load, source="simulation"
-        )
+            at.time, at.q, at.v, at.a, temperature=warmth, transition=self.transition, links=self.links, load=at.load,
+            source="simulation",
+        )  # fmt: skip
 
     @cached_property
     def feels_acceleration(self) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 UnseenReason = Literal["shows no torque", "inside what the baseline may take up", "of a joint that does not move"]
 Role = Literal["diagnosed", "holdout"]
+Grade = Literal["cause", "contribution", "hint"]
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
 
@@ -53,7 +54,11 @@ class Finding:
     """A named cause: an effect on some joints (from 1; empty: the whole arm), with its values and its gain on left-out rows.
 
     ``rivals`` could stand in its place, ``advice`` says what would separate them. A contact has ``intervals`` (start, end)
-    [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise, which orders findings.
+    [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise.
+
+    A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error on its joints vanishes with it, all else
+    refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
+    A "hint" made the error of a holdout worse.
     """
 
     effect: str
@@ -65,6 +70,9 @@ class Finding:
     advice: str
     evidence: float
     recording: str = ""
+    grade: Grade = "cause"
+    takes_percent: float | None = None
+    leaves_percent: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,9 +31,10 @@ class DiagnosisRecord:
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
-    recordings' set-up. ``path`` and ``sha256`` are those of the file that it was read from; ``model_file`` is
-    the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the extended model;
-    None where they were not saved.
+    recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
+    whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from;
+    ``model_file`` is the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the
+    extended model; None where they were not saved.
     """
 
     question: Question
@@ -58,6 +59,8 @@ class DiagnosisRecord:
     recording_offsets: bool
     simulated: Simulated | None = None
     warnings: tuple[str, ...] = ()
+    missing_since_before: tuple[Finding, ...] = ()
+    controlled: bool | None = None
     path: Path | None = None
     sha256: str | None = None
     model_file: str | None = None
@@ -77,6 +80,11 @@ class DiagnosisRecord:
         return design_command(self.model.robot, start or default, finding.effect, finding.joints, rival)
 
     @property
+    def causes(self) -> tuple[Finding, ...]:
+        """The findings that are causes, in the order of their evidence."""
+        return tuple(f for f in self.findings if f.grade == "cause")
+
+    @property
     def structured(self) -> tuple[Unexplained, ...]:
         """The joints whose residual is more than noise, by the one rule of ``unexplained.above_noise_floor``."""
         return above_noise_floor(self.unexplained, self.noise_floor)
@@ -93,6 +101,8 @@ class DiagnosisRecord:
             "question": self.question,
             "verdict": self.verdict,
             "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
+            "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
+            "controlled": self.controlled,
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),

@@ -57,6 +57,10 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         seed=READER.read(int, data["seed"], "seed"),
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
+        missing_since_before=READER.read(
+            tuple[Finding, ...], data.get("missing_since_before", []), "missing_since_before"
+        ),
+        controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
         extended_file=READER.read(str | None, data.get("extended_file"), "extended_file"),
@@ -87,12 +91,13 @@ def _check(c: DiagnosisRecord) -> None:
         raise InputError(f"simulated has {len(c.simulated.before)} joints, expected the robot's {n}")
     if c.extended is not None and c.extended.robot.n != n:
         raise InputError(f"the extended model has {c.extended.robot.n} joints, the model {n}; expected one robot")
-    for effect in [*(f.effect for f in c.findings), *(r.effect for f in c.findings for r in f.rivals)]:
+    named_effects = (*c.findings, *c.missing_since_before)
+    for effect in [*(f.effect for f in named_effects), *(r.effect for f in named_effects for r in f.rivals)]:
         if effect not in CATALOGUE:
             raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
-    joints = [j for one in (*c.findings, *c.unseen) for j in one.joints]
+    joints = [j for one in (*named_effects, *c.unseen) for j in one.joints]
     if wrong := [j for j in (*joints, *c.incomplete, *(r.joint for r in c.unexplained)) if not 1 <= j <= n]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
-    if bool(c.findings) != (c.extended is not None) or bool(c.findings) != named:
+    if bool(named_effects) != (c.extended is not None) or bool(c.causes) != named:
         raise InputError("verdict, findings and extended model do not go together; diagnose again")

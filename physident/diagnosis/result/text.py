@@ -33,11 +33,11 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
-    for number, finding in enumerate(d.findings[:SHOWN], 1):
+    for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
-    if len(d.findings) > SHOWN:
-        rows.append(f"... and {len(d.findings) - SHOWN} more findings, in the JSON")
-    rows += ["", *_unexplained(d), *_checks(d)]
+    if len(d.causes) > SHOWN:
+        rows.append(f"... and {len(d.causes) - SHOWN} more causes, in the JSON")
+    rows += ["", *_minor(d), *_unexplained(d), *_checks(d)]
     if d.recording_offsets:
         rows.append("a constant torque per recording was refitted with the model and is never reported as a cause")
     if d.incomplete:
@@ -57,9 +57,35 @@ def wrapped(row: str) -> list[str]:
 
 
 def _answer(d: DiagnosisRecord) -> str:
-    if not d.findings:
+    if not d.causes:
         return "nothing that these recordings can prove"
-    return "; ".join(_named(f.effect, f.joints) for f in d.findings[:SHOWN])
+    return "; ".join(_named(f.effect, f.joints) for f in d.causes[:SHOWN])
+
+
+def _minor(d: DiagnosisRecord) -> list[str]:
+    """What was found and is no cause, one line each; and what a change could not be held against."""
+    rows = []
+    for grade, label in (("contribution", "contribution"), ("hint", "hint, not confirmed on unseen data")):
+        for f in (f for f in d.findings if f.grade == grade):
+            rows.append(
+                f"{label}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}"
+            )
+    rows += [
+        f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
+        for f in d.missing_since_before
+    ]
+    if d.controlled is False:
+        rows.append(
+            "no control: the recordings that the model was fitted to are not at hand, so what the model always lacked may"
+            " stand here as a change; give them with --before"
+        )
+    return rows
+
+
+def _balance(f: Finding) -> str:
+    if f.takes_percent is None or f.leaves_percent is None:
+        return ""
+    return f" (takes {f.takes_percent:.0f} % of the squared error of its joints, {f.leaves_percent:.0f} % stays unexplained)"
 
 
 def _named(effect: str, joints: Sequence[int]) -> str:

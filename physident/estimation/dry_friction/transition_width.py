@@ -51,6 +51,15 @@ def with_transitions(
     return tuple(found), regressor.with_columns(fresh, columns)
 
 
+def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Filter) -> Model:
+    """A model with every width of Coulomb friction that it leaves open found in recordings; its values stay as they are."""
+    if not any(isinstance(e, CoulombFriction) and e.smoothing is None for e in model.effects):
+        return model
+    regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
+    effects, _ = with_transitions(model.robot, model.effects, regressor, signals, filter, model.theta)
+    return replace(model, effects=effects)
+
+
 def _best_width(
     regressor: Regressor, tried: list[Regressor], weights: Array, j: int, k: int, independent: NDArray[np.intp]
 ) -> float:

@@ -31,7 +31,7 @@ def answer(c: DiagnosisRecord) -> Markup:
         tag(
             "p", f"Diagnosis of {c.model.robot.name}", " ", tag("b", MARKS[c.verdict], class_=c.verdict), class_="mark"
         ),
-        tag("h1", headline(c.question, c.verdict, c.findings)),
+        tag("h1", headline(c.question, c.verdict, c.causes)),
         tag("p", *_gains(c), RESIDUAL_IN_WORDS[c.verdict], class_="lead"),
         *_cautions(c),
     )

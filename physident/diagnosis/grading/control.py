@@ -1,0 +1,143 @@
+"""The control of a change: the recordings that the model was fitted to, diagnosed in the same way.
+
+A model that is wrong is wrong before and after. A finding is a change only where its coefficients differ between the control and
+the new recordings by more than both leave open. Both are fitted at once: every parameter of the extended model is common, and
+the findings' coefficients may differ in the new recordings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.errors import PhysidentError
+from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.estimation.estimate import Estimate
+from physident.estimation.uncertainty import correlation_rows
+from physident.estimation.weighting import weight_rows
+from physident.identifiability.base_parameters import find_base_parameters
+from physident.recordings.load import load_recording
+from physident.recordings.recording import Recording
+from physident.recordings.signals import Filter, Signals
+
+Array = NDArray[np.float64]
+BLOCK = 4.0  # times the residual's memory: blocks are then nearly independent
+CERTAIN = 0.01  # how often a coefficient that did not change is taken for a change
+
+
+def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
+    """The recordings that a model was fitted to, where all of them are still at hand, unchanged; else none."""
+    found = []
+    for source in estimate.sources:
+        if not Path(source.path).is_file():
+            return ()
+        try:
+            recording = load_recording(source.path, columns=estimate.layout)
+        except PhysidentError:
+            return ()
+        if recording.sha256 != source.sha256:
+            return ()
+        found.append(recording.with_default_drive_gains(estimate.drive_gains))
+    return tuple(found)
+
+
+def changed_since(
+    hypothesis: Hypothesis, control: Sequence[Signals], groups: Sequence[Sequence[int]]
+) -> tuple[bool, ...]:
+    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control."""
+    problem, model = hypothesis.problem, hypothesis.extension.model
+    before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
+    common = find_base_parameters(model.robot, model.effects).independent
+    places = [np.concatenate([hypothesis.extension.places[i] for i in group]) for group in groups]
+    free = np.concatenate(places)
+    size = len(common) + len(free)
+    H, g, scores = np.zeros((size, size)), np.zeros(size), []
+    for j in range(model.robot.n):
+        parts = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
+        columns, torque = np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+        sigma = _size(columns, torque)
+        H += columns.T @ columns / sigma**2
+        g += columns.T @ torque / sigma**2
+        scores.append((columns / sigma, torque / sigma))
+    inverse = pseudo_inverse(H)
+    x = inverse @ g
+    labels, memory = _blocks(before, after, x, scores)
+    meat = _meat(scores, x, labels)
+    covariance = inverse @ (meat + memory * H) @ inverse
+    blocks = int(labels.max()) + 1
+    return tuple(_differs(x, covariance, at, blocks) for at in _split(len(common), places))
+
+
+def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
+    """The regressor of the extended model, its rows weighted by what dry friction leaves open."""
+    regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
+    weights = row_weights(model.robot, model.effects, regressor, model.theta, signals, filter)
+    return weight_rows(regressor, weights)
+
+
+def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: NDArray[np.intp], new: bool) -> tuple[Array, Array]:
+    """Columns (M, common + free) and torque (M,) of one joint; the free ones count in the new recordings only."""
+    dense = np.zeros((len(rows.time), len(rows.columns)))
+    dense[:, rows.joints[j].columns] = rows.joints[j].values
+    return np.column_stack([dense[:, common], dense[:, free] * new]), rows.torque[:, j]
+
+
+def _size(columns: Array, torque: Array) -> float:
+    """Standard deviation [N m|N] of what one joint's columns leave of its torque."""
+    scale = np.linalg.norm(columns, axis=0)
+    used = columns[:, scale > 0] / scale[scale > 0]
+    residual = torque - used @ np.linalg.lstsq(used, torque, rcond=1e-9)[0]
+    return max(float(np.sqrt(np.mean(residual**2))), 1e-9 * max(1.0, float(np.abs(torque).max())))
+
+
+def _blocks(
+    before: Regressor, after: Regressor, x: Array, scores: Sequence[tuple[Array, Array]]
+) -> tuple[NDArray[np.intp], float]:
+    """The block of every row, in time, and how many correlated rows are worth one."""
+    residual = np.column_stack([torque - columns @ x for columns, torque in scores])
+    first = len(before.time)
+    memory = max(
+        float(correlation_rows(rows, part).max())
+        for rows, part in ((before, residual[:first]), (after, residual[first:]))
+    )
+    length = max(1, round(BLOCK * memory))
+    labels, at = [], 0
+    for rows in (before, after):
+        for segment in np.unique(rows.segment):
+            count = int(np.count_nonzero(rows.segment == segment))
+            pieces = max(1, count // length)
+            labels.append(at + np.minimum(np.arange(count) * pieces // count, pieces - 1))
+            at += pieces
+    return np.concatenate(labels), memory
+
+
+def _meat(scores: Sequence[tuple[Array, Array]], x: Array, labels: NDArray[np.intp]) -> Array:
+    """Sum over blocks of the outer product of each block's gradient: the noise as it really is, correlated and uneven."""
+    blocks = int(labels.max()) + 1
+    gradient = np.zeros((blocks, len(x)))
+    for columns, torque in scores:
+        np.add.at(gradient, labels, columns * (torque - columns @ x)[:, None])
+    return gradient.T @ gradient * blocks / max(blocks - 1, 1)
+
+
+def _split(first: int, places: Sequence[Array]) -> list[NDArray[np.intp]]:
+    ends = first + np.cumsum([len(p) for p in places])
+    return [np.arange(end - len(p), end) for end, p in zip(ends, places, strict=True)]
+
+
+def _differs(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> bool:
+    """Hotelling's test of the differences at some places of x, with as much freedom as there are blocks."""
+    from scipy.stats import f
+
+    k = len(at)
+    if blocks <= k + 1:
+        return False
+    T2 = float(x[at] @ pseudo_inverse(covariance[np.ix_(at, at)]) @ x[at])
+    return bool(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k) < CERTAIN)

@@ -1,0 +1,55 @@
+"""The grade of a finding: a cause takes more of the error than the final model leaves on its joints, and can be noticed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.result.findings import Finding, Grade
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.estimation.estimate import Estimate
+from physident.recordings.white_noise import white_noise
+
+Array = NDArray[np.float64]
+NOTICED = 0.25  # of the power of what even a right model leaves: an effect of less than half of the noise changes no prediction
+
+
+def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> Array:
+    """RMS (n,) [N m|N] that even a right model leaves: noise of the torque, what does not repeat, and, where the question is
+    what changed, what the model left on its own recordings."""
+    problem = hypothesis.problem
+    white = []
+    for signals in problem.signals:
+        assert signals.torque is not None
+        gain = float(np.sqrt(np.sum(problem.filter.taps(signals.rate) ** 2)))
+        white.append(gain * white_noise(signals.torque))
+    levels = [np.mean(white, axis=0)]
+    if noise_floor is not None:
+        levels.append(noise_floor)
+    if estimate is not None and problem.question == "different":
+        levels.append(np.asarray(estimate.sigma))
+    return np.max(levels, axis=0)
+
+
+def graded(hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array) -> tuple[Finding, ...]:
+    """The findings with their grades, causes first, each in order of what it takes."""
+    found = [_graded(hypothesis, finding, expected) for finding in findings]
+    order: dict[Grade, int] = {"cause": 0, "contribution": 1, "hint": 2}
+    return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
+
+
+def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Finding:
+    index = [j - 1 for j in finding.joints] or list(range(len(expected)))
+    weights = 1 / hypothesis.fit.sigma[index] ** 2
+    right = float(np.sum(weights * expected[index] ** 2) / np.sum(weights))
+    takes = max(0.0, finding.gain.rms_before**2 - finding.gain.rms_after**2)
+    leaves = max(0.0, finding.gain.rms_after**2 - right)
+    sized = [v for v in finding.parameters if v.std > 0]
+    vague = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
+    grade: Grade = "cause" if takes > max(leaves, NOTICED * right) and not vague else "contribution"
+    share = takes / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
+    left = leaves / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
+    return replace(finding, grade=grade, takes_percent=100 * share, leaves_percent=100 * left)
