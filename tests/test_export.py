@@ -333,6 +333,7 @@ def test_command_line_writes_all_or_nothing(
     assert run(["export", "--model", str(good), "--urdf", str(out[0]), "--json", str(out[0])]) == 2
     assert not any(path.exists() for path in out)
     assert run(["export", "--model", str(good), *options]) == 0
+    assert run(["export", "--model", str(good), *options]) == 0  # replaces what it wrote, without --force
     assert "not expressible in URDF: rotor_inertia" in capsys.readouterr().out
     assert all(path.exists() for path in out)
     assert reader.parse_urdf(out[0].read_text(), "a.urdf").get("name") == "lumped"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from physident.errors import InputError
 
-# what the files of this program have near their start or end: JSON, figures and pages, sessions, exported code
+# what the files of this program have near their start or end: JSON, figures and pages, sessions, exported models
 MARKS = (
     b'"schema": "physident.',
     b'name="generator" content="physident',
@@ -18,6 +18,7 @@ MARKS = (
     b">physident ",
     b"\n\tphysident",
     b"identified with physident",
+    b"ahigjhdhjgegfgogehpfehpgchbhfhfg",  # physident_torque, as CasADi spells it
 )
 ENDS = 4096  # bytes looked at on either side
 _FORCED: ContextVar[bool] = ContextVar("_FORCED", default=False)

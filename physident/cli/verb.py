@@ -74,7 +74,8 @@ class Application(typer.Typer):
 
 
 def _takes_files(option: Any) -> bool:
-    """Whether an option means several files: one with several values of another kind is repeated, as --lock."""
+    """Whether an option means several files: one with several values whose name does not end in "..." is
+    repeated, as --lock, and as --model where recordings may follow it."""
     return getattr(option, "multiple", False) and str(getattr(option, "metavar", "")).endswith("...")
 
 

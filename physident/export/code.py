@@ -26,7 +26,7 @@ def export_casadi(model: Model | Estimate, path: str | Path) -> None:
     Its arguments are q, v, a and, for a model that remembers or depends on the time, z and t. Raises InputError like
     ``c_of``, and for a path that cannot be written.
     """
-    function = _functions(symbolic_model(model.model if isinstance(model, Estimate) else model))[0]
+    function = _functions(symbolic_model(model.model if isinstance(model, Estimate) else model), f"{PREFIX}_torque")[0]
     write_with(path, lambda temporary: function.save(str(temporary)))
 
 
@@ -61,8 +61,8 @@ def c_of(model: Model) -> str:
     return head + generator.dump() + "".join(_wrapper(function, robot.n) for function in functions)
 
 
-def _functions(s: SymbolicModel) -> list[Any]:
-    """CasADi functions of one instant; matrices are transposed, because CasADi counts down the columns."""
+def _functions(s: SymbolicModel, name: str = "model_torque") -> list[Any]:
+    """CasADi functions of one instant, the torque's called ``name``; matrices are transposed, because CasADi counts down the columns."""
     import casadi as ca
 
     state = [("q", s.q), ("v", s.v), ("a", s.a)]
@@ -73,7 +73,7 @@ def _functions(s: SymbolicModel) -> list[Any]:
     names, arguments = [name for name, _ in state], [value for _, value in state]
     derivatives = [ca.densify(ca.jacobian(s.torque, x)).T for x in (s.q, s.v, s.a)]
     functions = [  # C libraries have functions named torque or advance, and a linker may take theirs
-        ca.Function("model_torque", arguments, [s.torque], names, ["tau"]),
+        ca.Function(name, arguments, [s.torque], names, ["tau"]),
         ca.Function("model_derivatives", arguments, derivatives, names, ["dtau_dq", "dtau_dv", "dtau_da"]),
         ca.Function("model_regressor", arguments, [s.regressor.T], names, ["Y"]),
     ]

@@ -26,7 +26,7 @@ from physident.errors import InputError
 def replay(
     recordings: Recordings,
     model: Annotated[
-        list[Path], typer.Option("--model", metavar="FILE...", help="A model, or two: before, and after.")
+        list[Path], typer.Option("--model", metavar="FILE", help="A model; twice for the model before, and after.")
     ],
     simulator: Annotated[
         str, typer.Option("--simulator", metavar="NAME", help="mujoco, or physident for its own simulator.")
@@ -66,7 +66,7 @@ def replay(
     from physident.validation.scores import refuse_fitted
 
     if len(model) > 2:
-        raise InputError(f"{len(model)} models given, expected one or two: --model before.json after.json")
+        raise InputError(f"{len(model)} models given, expected one or two: --model before.json --model after.json")
     if meshes is not None and not meshes.is_dir():
         raise InputError(
             f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
