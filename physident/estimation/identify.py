@@ -14,13 +14,13 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.estimation.dry_friction.rest_rows import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
 from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.rest_rows import row_weights
 from physident.estimation.robust import robust_least_squares
 from physident.estimation.shape_parameters import quick_fit, settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect, ShapeParameter
+from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.least_squares import solve_step
-from physident.estimation.transition_width import with_transitions
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.identifiability.projection import Baseline
 from physident.recordings.signals import Filter, Signals
