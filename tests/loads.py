@@ -10,7 +10,9 @@ import physident as pid
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import simulate
 
-EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction")
+# dry friction that turns over a speed which the model is given: what a load shows is judged here, not reversals
+DRY = pid.CATALOGUE["coulomb_friction"](smoothing=0.01, presliding=0.0)
+EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", DRY)
 VISCOUS = (9.0, 9.0, 6.0, 2.5, 2.0, 1.5)  # N m s/rad
 COULOMB = (7.7, 8.3, 7.8, 1.4, 2.0, 2.1)  # N m
 SENSORS = Sensors(  # a UR5's encoder, and noise as measured on one

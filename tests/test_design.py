@@ -13,9 +13,8 @@ from physident.excitation.motion.series import Series
 from physident.excitation.search.problem import Problem
 from physident.excitation.task import task_of
 
-EVERYTHING = (
-    "rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset", "load_dependent_friction",
-)  # fmt: skip
+TURNING = pid.CATALOGUE["coulomb_friction"](smoothing=0.01)  # so wide that a finite difference can follow it
+EVERYTHING = ("rigid_body", "rotor_inertia", "viscous_friction", TURNING, "torque_offset", "load_dependent_friction")
 
 
 def numbers(series: Series, seed: int) -> np.ndarray:

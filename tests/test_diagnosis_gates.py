@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from physident.recordings.velocity_noise import velocity_noise
 
 import physident as pid
 from physident.diagnosis.problem.search_data import OUTSIDE
@@ -17,7 +18,6 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.identifiability.visibility import VISIBLE
-from physident.recordings.velocity_noise import velocity_noise
 from tests.opened import opened
 from tests.plant import Arm, Sensors
 

@@ -219,8 +219,8 @@ def _held_against(
     if not control or not tested:
         return tuple(findings), ()
     signals = prepare_all(hypothesis.problem.model.robot, control, filter)
-    members = [members(hypothesis, finding) for finding in tested]
-    alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, members), strict=True) if not new}
+    groups = [members(hypothesis, finding) for finding in tested]
+    alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, groups), strict=True) if not new}
     return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
 
 

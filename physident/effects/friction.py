@@ -52,10 +52,9 @@ def _signs(signals: Signals, joints: Sequence[int], width: Array | None) -> tupl
         sign = smooth_sign(signals.v.T[index], width[:, None])
         return sign, np.zeros_like(sign)
     std = np.hypot(signals.velocity_std[index], ERF_WIDTH * width)
+    half = signals.a / (2 * signals.rate)
     pairs = [
-        velocity_sign(
-            signals.v[:, j], signals.a[:, j] / (2 * signals.rate), float(s), signals.rests and signals.rests[j]
-        )
+        velocity_sign(signals.v[:, j], half[:, j], float(s), None if signals.rests is None else signals.rests[j])
         for j, s in zip(index, std, strict=True)
     ]
     sign, spread = np.array(pairs).reshape(-1, 2, len(signals.time)).transpose(1, 0, 2)

@@ -41,6 +41,7 @@ def settle(
     turned, regressor = _turned(robot, tuple(effects[i] for i in known), signals, filter)
     if len(known) == len(effects):
         return turned, regressor
+    found = turned
     for _ in range(ROUNDS):
         given = _placed(effects, known, turned)
         shaped = _placed(find_shapes(robot, given, signals, filter), known, tuple(effects[i] for i in known))

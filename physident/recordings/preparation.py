@@ -16,16 +16,15 @@ from physident.recordings.rows import position_jumps, typical_step
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-PASSBAND = 8.0  # times the cutoff: passband of the derivatives of the measured motion
+ELASTIC = 1e-5  # rad|m: a gear under load gives that much without sliding, however exactly its position is known
 
 
 def prepare(recording: Recording, filter: Filter) -> Signals:
     """Signals of a recording: resampled to a uniform clock, with velocity and acceleration.
 
-    Velocity is measured or, where it is not, the derivative of position. Derivatives are local fits of fourth order over
-    a window that passes eight times the cutoff, so that only the common filter limits the band. Gaps in time and jumps of
-    position split the recording into segments. Raises InputError for currents without gains, a cutoff too high for the
-    rate, or no segment long enough for the filter.
+    Position, velocity and acceleration of each joint are the most likely motion (``smooth_motion``), whose noise is estimated
+    from the recording. Gaps in time and jumps of position split the recording into segments. Raises InputError for currents
+    without gains, a cutoff too high for the rate, or no segment long enough for the filter.
     """
     step = typical_step(recording.time)
     rate = filter.rate or round(1 / step, 3)
@@ -63,7 +62,7 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
     return Signals(
         clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff,
         velocity_std=np.array([m.v_std for m in motions]),
-        rests=tuple(find_rests(m.q, m.v, m.noise.position_range) for m in motions),
+        rests=tuple(find_rests(m.q, m.v, max(m.noise.position_range, ELASTIC)) for m in motions),
     )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ def _step(
     """One step: (M / h + K) v' = M v / h + torque - bias - F(v') + K v', K the slope of each joint's own friction."""
     M, bias = arm.dynamics(q, v)
     if not arm.plant.effects:
-        a = np.linalg.solve(M, (torque - bias)[..., None])[..., 0]
+        a = np.asarray(np.linalg.solve(M, (torque - bias)[..., None])[..., 0], dtype=np.float64)
         after = v + h * a
         return q + h * after, after, a, state
     n = q.shape[1]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.effects.friction import SMOOTHING
+from physident.effects.friction import SHARPEST
 from studies.thesis import ours
 from studies.thesis.halves import HALVES
 from studies.thesis.published import COULOMB
@@ -103,7 +103,7 @@ def results(found: Compared, robot: pid.Robot) -> dict[str, Any]:
         "rms_thesis_way": found.rms("thesis, halves").tolist(),
         "rms_thesis_way_whole_arm": found.rms("thesis, whole arm").tolist(),
         "error_of_truth_with_default_sign": relative(
-            clean.torque, ours.true_torque(robot, found.model, clean, SMOOTHING)
+            clean.torque, ours.true_torque(robot, found.model, clean, SHARPEST)
         ).tolist(),
         "friction": each[way]["friction"],
         "friction_off_percent": each[way]["friction_off_percent"],

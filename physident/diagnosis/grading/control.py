@@ -127,7 +127,7 @@ def _meat(scores: Sequence[tuple[Array, Array]], x: Array, labels: NDArray[np.in
     return gradient.T @ gradient * blocks / max(blocks - 1, 1)
 
 
-def _split(first: int, places: Sequence[Array]) -> list[NDArray[np.intp]]:
+def _split(first: int, places: Sequence[NDArray[np.intp]]) -> list[NDArray[np.intp]]:
     ends = first + np.cumsum([len(p) for p in places])
     return [np.arange(end - len(p), end) for end, p in zip(ends, places, strict=True)]
 

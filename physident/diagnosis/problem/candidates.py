@@ -94,11 +94,9 @@ def _in_model(model: Model, name: str, joints: tuple[int, ...]) -> Effect | None
         if joints[0] - 1 not in active:
             continue
         index = active.index(joints[0] - 1)
-        shapes = {
-            field: (values[index] if len(values) > 1 else values[0],)
-            for field in (*(shape.field for shape in effect.shape_parameters), *effect.settings_by_joint)
-            if isinstance(values := getattr(effect, field), tuple)
-        }
+        fields = (*(shape.field for shape in effect.shape_parameters), *effect.settings_by_joint)
+        given: dict[str, tuple[float, ...]] = {f: v for f in fields if isinstance(v := getattr(effect, f), tuple)}
+        shapes = {field: values[index : index + 1] if len(values) > 1 else values for field, values in given.items()}
         return replace(effect, joints=joints, **shapes)
     return None
 

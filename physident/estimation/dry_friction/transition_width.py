@@ -69,7 +69,7 @@ def _best_width(
     own = f"coulomb_friction_{j + 1}"
     others = [i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own]
     stacked = np.column_stack([rows.values[:, others], signs, regressor.torque[:, j]]) * w
-    R = np.linalg.qr(stacked, mode="r")[len(others) :, len(others) :]
+    R = np.asarray(np.linalg.qr(stacked, mode="r"))[len(others) :, len(others) :]
     S, y = R[:, :-1], R[:, -1]
     gains = (S.T @ y) ** 2 / np.maximum((S**2).sum(axis=0), 1e-300)
     return float(WIDTHS[int(np.argmax(gains))])
