@@ -45,7 +45,7 @@ def draw(pair: Pair, robot: pid.Robot, title: str) -> None:
     time = np.arange(len(pair.before.time)) / pair.before.rate
     for j, axis in enumerate(axes.ravel()[: robot.n]):
         for p, name, colour in zip(pair.both, ("before", "after"), (style.RESIDUAL, style.PREDICTED), strict=False):
-            axis.plot(time, (p.measured - p.predicted)[:, j], color=colour, label=name, linewidth=1.0)
+            axis.plot(time, p.residual[:, j], color=colour, label=name, linewidth=1.0)
         sizes = [float(p.rms[j]) for p in pair.both]
         axis.set_title(f"joint {j + 1}: {' to '.join(f'{s:.3g}' for s in sizes)} N m RMS", fontsize=9, loc="left")
         axis.set_ylabel("residual\n[N m]")

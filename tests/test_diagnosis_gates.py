@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from physident.recordings.velocity_noise import velocity_noise
 
 import physident as pid
 from physident.diagnosis.problem.search_data import OUTSIDE
@@ -18,6 +17,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.identifiability.visibility import VISIBLE
+from physident.recordings.white_noise import white_noise
 from tests.opened import opened
 from tests.plant import Arm, Sensors
 
@@ -143,7 +143,7 @@ def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(health
 
 def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: Hypothesis) -> None:
     signals = healthy.problem.signals[0]
-    np.testing.assert_allclose(velocity_noise(signals), Sensors().velocity_noise, rtol=0.2)
+    np.testing.assert_allclose(white_noise(signals.v), Sensors().velocity_noise, rtol=0.2)
     regressor, weights = healthy.data.regressor, healthy.problem.weights
     rows = (regressor.recording == 0) & (healthy.data.fold != OUTSIDE)
     at = np.searchsorted(signals.time, regressor.time[rows])

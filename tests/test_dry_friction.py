@@ -98,8 +98,7 @@ def test_without_rests_every_row_is_in_motion(turntable: pid.Model) -> None:
 )
 def test_the_width_of_dry_friction_is_found(smoothing: float | None, low: float, high: float, ur5: pid.Robot) -> None:
     """A sticking arm is dry, within what the noise of its velocity hides (1e-3 rad/s); a smooth one has its own width."""
-    presliding = {} if smoothing is None else {"presliding": 0.0}
-    friction = CoulombFriction(smoothing=smoothing, **presliding)
+    friction = CoulombFriction() if smoothing is None else CoulombFriction(smoothing=smoothing, presliding=0.0)
     effects = pid.make_effects(["rigid_body", "rotor_inertia", "viscous_friction", friction])
     theta = np.concatenate([ur5.nominal, np.full(6, 0.5), np.full(6, 4.0), np.full(6, FRICTION)])
     sensors = Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)

@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.special import erf
 
 import physident as pid
 from physident.recordings.channels import Channels
@@ -17,6 +18,7 @@ COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
 ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])
 Size = float | np.ndarray
+WIDTH = 0.008  # rad/s: one of the widths that the estimator tries
 METHODS = ("ols", "wls", "robust", "physical")
 
 
@@ -27,7 +29,8 @@ def exact(
     time, q, v, a = pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1).sample(125.0)
     data = robot.pinocchio.createData()
     torque = np.array([pin.rnea(robot.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
-    torque += coulomb * np.tanh(v / 0.01) + viscous * v + rotor * a
+    # friction turns by the estimator's own law: exact data are exact for the model too
+    torque += coulomb * erf(np.sqrt(np.pi) * v / (2 * WIDTH)) + viscous * v + rotor * a
     torque += noise * np.random.default_rng(seed).standard_normal(torque.shape)
     return recording_from_rows(Channels(time=time, q=q, effort=torque, effort_kind="torque", dq=v), f"exact {seed}")
 

@@ -40,6 +40,10 @@ CHANCE = {
         "Sensors.velocity_noise",
         "ROUGH",
     ): "noise of an instrument; roughness at which the simulator's integrator cuts its step",
+    ("SPRING_DAMPING_TIME", "STEP"): "damping of an elastic gear; step of the replay's integrator",
+    ("STEP", "STEP"): "steps of two integrators: the plant's, and that of a replay, which judges no diagnosis",
+    ("TURN", "FRICTION"): "accuracy of the plant's integrator; how much friction a channel behind the gear can show",
+    ("Friction.warm_time", "LONGEST"): "how fast a joint warms up; the longest horizon of a replay",
     ("TURN", "VAGUE"): "accuracy of the plant's integrator; width of a printed interval",
     (
         "SHORTEST_MOVE",

@@ -64,6 +64,7 @@ def test_both_simulators_agree_with_the_integrator_under_the_same_torque() -> No
     model = arm(PreslidingHysteresis((2, 5), (0.02, 0.01)), extra=(4.0 / 0.02, 1.0 / 0.01))
     truth = integrate(model, pid.random_trajectory(model.robot, seed=2, duration=10.0), step=0.002)
     moved = np.ptp(truth.q, axis=0)
+    assert truth.torque is not None
     recording = pid.Recording(
         truth.time, truth.q, truth.torque + model.parameters("torque_offset"), "torque", dq=truth.v
     )

@@ -43,7 +43,7 @@ def ur5() -> dict[str, list[float]]:
 def tx40() -> dict[str, list[float]]:
     """The second half of a recording from the first."""
     sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "real_arms"))
-    from tx40_coupling import recordings
+    from tx40_coupling import recordings  # pyright: ignore[reportMissingImports]
 
     robot = pid.load_robot(need_data("tx40") / "tx40_mdh_modified.urdf")
     with tempfile.TemporaryDirectory() as folder:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from studies.open_world.bench import DEFAULT, DURATION, Bench
-from studies.open_world.taken import Taken, torque_along
+from studies.open_world.taken import Taken, bridged, torque_along
 from tests.truth import HiddenEffect, Run
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def pilot(bench: Bench, hidden: HiddenEffect, seed: int, warmer: float, refitted
     run = Run(time, q, v, a, np.zeros_like(q), np.full_like(q, 25.0 + warmer), np.abs(v) < 1e-9)
     other = replace(bench.arm, effects=(*bench.arm.effects, hidden))
     torque = torque_along(bench.plant, other, run) - torque_along(bench.plant, bench.arm, run)
-    recording = pid.Recording(time, q, torque, "torque", dq=v)
+    recording = pid.Recording(time, q, bridged(torque), "torque", dq=v)
     return hidden_rms(bench, [Taken(recording, torque, ~np.isfinite(torque), "")], refitted)
 
 

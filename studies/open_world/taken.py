@@ -37,7 +37,7 @@ class Taken:
     @property
     def alone(self) -> pid.Recording:
         """The same motion with nothing but the hidden torque; where that is open, it is bridged."""
-        return replace(self.recording, effort=_bridged(self.hidden))
+        return replace(self.recording, effort=bridged(self.hidden))
 
 
 def take(
@@ -115,7 +115,7 @@ def _sound(run: Run, motion: Motion) -> Run:
     return run
 
 
-def _bridged(values: Array) -> Array:
+def bridged(values: Array) -> Array:
     """Values (N, n) with straight lines where they are NaN."""
     rows = np.arange(len(values))
     result = values.copy()

@@ -40,7 +40,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         sha256=sha256,
         question=READER.read(Question, data["question"], "question"),
         verdict=READER.read(Verdict, data["verdict"], "verdict"),
-        findings=READER.read(tuple[Finding, ...], data["findings"], "findings"),
+        findings=_findings(data["findings"], "findings"),
         before=_errors(score["before"], "score.before"),
         after=_errors(score["after"], "score.after"),
         scored_on=READER.read(Literal["holdout", "left-out rows"], score["on"], "score.on"),
@@ -57,9 +57,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         seed=READER.read(int, data["seed"], "seed"),
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
-        missing_since_before=READER.read(
-            tuple[Finding, ...], data.get("missing_since_before", []), "missing_since_before"
-        ),
+        missing_since_before=_findings(data.get("missing_since_before", []), "missing_since_before"),
         controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions

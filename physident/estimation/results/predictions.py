@@ -22,8 +22,8 @@ class Predictions:
     """Filtered torque of recordings over their moving part.
 
     ``time`` (M,) [s], ``predicted`` and ``measured`` (M, n) [N m|N], ``recording`` (M,) index of each row's recording,
-    ``rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, both torques are zero. ``predicted`` includes the friction of
-    joints at rest at its best value inside its band; ``moving`` (M, n) are the counted rows whose filter window holds no rest
+    ``rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, both torques are zero. ``rest_friction`` (M, n) [N m|N] is
+    what the friction of joints at rest adds to the prediction at its best value inside its band; ``moving`` (M, n) are the counted rows whose filter window holds no rest
     of that joint; ``rest_outside`` (n,) is the share of the samples at rest that lie beyond the band.
     """
 
@@ -33,13 +33,14 @@ class Predictions:
     recording: NDArray[np.intp]
     rate: float
     counted: NDArray[np.bool_]
+    rest_friction: Array
     moving: NDArray[np.bool_]
     rest_outside: Array
 
     @property
     def residual(self) -> Array:
-        """Measured minus predicted torque (M, n) [N m|N]."""
-        return self.measured - self.predicted
+        """Measured minus predicted torque (M, n) [N m|N], with the friction of joints at rest at its best value."""
+        return self.measured - self.predicted - self.rest_friction
 
     @property
     def rms(self) -> Array:
@@ -52,6 +53,7 @@ class Predictions:
             self,
             measured=self.measured * counted,
             predicted=self.predicted * counted,
+            rest_friction=self.rest_friction * counted,
             counted=counted,
             moving=self.moving & counted,
         )
@@ -70,7 +72,8 @@ def predictions_of(model: Model, signals: Sequence[Signals], filter: Filter) -> 
     rests = rest_rows(model, signals, filter)
     return Predictions(
         time=regressor.time,
-        predicted=regressor.predict(model.theta) + rests.friction * regressor.counted,
+        predicted=regressor.predict(model.theta),
+        rest_friction=rests.friction * regressor.counted,
         measured=regressor.torque,
         recording=regressor.recording,
         rate=regressor.kept_rate,

@@ -45,7 +45,7 @@ def plot_residuals(
     for axis, joint in zip(axes[:, 0], shown, strict=True):
         j = joint - 1
         for p, (label, colour, width) in zip(pair.both, LINES, strict=False):
-            axis.plot(time, (p.measured - p.predicted)[:, j], color=colour, label=label, linewidth=width)
+            axis.plot(time, p.residual[:, j], color=colour, label=label, linewidth=width)
         for start, end in bands:
             axis.axvspan(start, end, color="0.88", zorder=0)
         for border in borders:
