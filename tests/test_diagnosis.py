@@ -87,9 +87,6 @@ def test_an_unchanged_arm_is_accused_of_nothing(estimate: pid.Estimate, clean: l
     assert diagnosis.estimate is None
 
 
-@pytest.mark.xfail(
-    strict=True, reason="friction that turns by another law near zero speed is taken for Stribeck friction"
-)
 def test_an_unchanged_arm_of_another_law_is_accused_of_nothing(ur5: pid.Robot, folder: Path) -> None:
     runs = [recorded(folder, "other_law", Arm(), seed) for seed in (1, 3, 5)]
     assert pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[2:]).findings == ()

@@ -143,7 +143,7 @@ def test_surrogates_know_a_healthy_model_no_better_than_it_was_identified(health
 
 def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy: Hypothesis) -> None:
     signals = healthy.problem.signals[0]
-    np.testing.assert_allclose(white_noise(signals.v), Sensors().velocity_noise, rtol=0.2)
+    assert (white_noise(signals.v) < 0.5 * Sensors().velocity_noise).all()  # smoothed
     regressor, weights = healthy.data.regressor, healthy.problem.weights
     rows = (regressor.recording == 0) & (healthy.data.fold != OUTSIDE)
     at = np.searchsorted(signals.time, regressor.time[rows])

@@ -67,7 +67,14 @@ def test_a_diagnosis_without_the_files_of_its_models_is_read(tmp_path: Path) -> 
 def test_diagnosis_file() -> None:
     text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
     record = read_diagnosis(FILES / "diagnosis.json")
-    assert json.loads(json.dumps(record.as_dict())) == text
+    again = json.loads(json.dumps(record.as_dict()))
+    assert (again.pop("missing_since_before"), again.pop("controlled")) == (
+        [],
+        None,
+    )  # of a file from before these were known
+    for one in again["findings"]:
+        assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
+    assert again == text
     (finding,) = record.findings
     assert (finding.effect, finding.joints) == ("presliding_hysteresis", (1,))
     assert record.extended is not None

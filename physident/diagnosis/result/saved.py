@@ -75,6 +75,13 @@ def _errors(entry: Any, where: str) -> JointErrors:
     return JointErrors(*(np.array(v) for v in values))
 
 
+def _findings(data: Any, where: str) -> tuple[Finding, ...]:
+    """Findings; those of a file from before there were grades are causes."""
+    if isinstance(data, list) and all(isinstance(one, dict) for one in data):
+        data = [{"grade": "cause", "takes_percent": None, "leaves_percent": None, **one} for one in data]
+    return READER.read(tuple[Finding, ...], data, where)
+
+
 def _check(c: DiagnosisRecord) -> None:
     """Raises InputError where the parts do not fit one another, as in a file edited by hand."""
     n = c.model.robot.n
