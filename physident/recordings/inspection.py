@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.recordings.channels import BadRow
+from physident.recordings.motion_smoothing import encoder_step, estimate_noise, smooth_motion
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
@@ -28,7 +29,9 @@ class Inspection:
     ``rate`` [Hz] from the typical step of the clock; ``jitter`` [s] standard deviation and ``longest`` [s] maximum of the
     steps; ``position`` (n, 2) [rad|m] and ``effort`` (n, 2) [N m|A] ranges, ``speed`` (n,) [rad/s|m/s] maximum;
     ``velocity_error`` (n,) [%] and ``velocity_delay`` (n,) [s] of the measured velocity relative to the derivative of
-    position, NaN where velocity is not measured or the joint stands still; ``rest`` the intervals [s] of standstill;
+    position, NaN where velocity is not measured or the joint stands still; ``noise`` (n, 3) the standard deviations of measured
+    positions [rad|m] and velocities [rad/s|m/s], infinite where velocity is not measured, and of the velocity that is found
+    from both; ``rest`` the intervals [s] of standstill;
     ``motion_band``, ``effort_band`` (n,) [Hz] below which 99 % of the power above the noise lies; ``cutoff`` [Hz] suggested
     for the filter.
     """
@@ -42,6 +45,7 @@ class Inspection:
     effort: Array
     velocity_error: Array
     velocity_delay: Array
+    noise: Array
     rest: tuple[tuple[float, float], ...]
     motion_band: Array
     effort_band: Array
@@ -79,11 +83,19 @@ def inspect_recording(recording: Recording) -> Inspection:
         effort=np.column_stack([recording.effort.min(axis=0), recording.effort.max(axis=0)]),
         velocity_error=np.array([e[0] for e in errors]),
         velocity_delay=np.array([e[1] for e in errors]),
+        noise=np.array([_noise(recording, rate, j) for j in range(recording.n)]),
         rest=_rest(signals.time, signals.v),
         motion_band=motion,
         effort_band=effort,
         cutoff=_suggest(motion, noise_from, rate),
     )
+
+
+def _noise(recording: Recording, rate: float, joint: int) -> tuple[float, float, float]:
+    """Standard deviations of one joint's positions, velocities, and the velocity that is found from both."""
+    q, dq = recording.q[:, joint], None if recording.dq is None else recording.dq[:, joint]
+    noise = estimate_noise(q, dq, rate, encoder_step(q))
+    return noise.position, noise.velocity, smooth_motion(q, dq, rate, noise).v_std
 
 
 def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tuple[float, float]:
@@ -166,8 +178,8 @@ def _facts(i: Inspection) -> list[str]:
 def _table(i: Inspection) -> list[str]:
     unit = "N m" if i.recording.effort_kind == "torque" else "A"
     rows = [
-        f"       position [rad]    max speed  {f'effort [{unit}]':<17}  dq against motion  99 % of power below [Hz]",
-        "joint     min     max      [rad/s]       min      max  error %  delay ms  motion  effort",
+        f"       position [rad]    max speed  {f'effort [{unit}]':<17}  dq against motion  99 % of power below [Hz]  noise of q, dq, and dq when smoothed",
+        "joint     min     max      [rad/s]       min      max  error %  delay ms  motion  effort       [rad]   [rad/s]   [rad/s]",
     ]
     for j in range(i.recording.n):
         known = bool(np.isfinite(i.velocity_error[j]))
@@ -176,6 +188,7 @@ def _table(i: Inspection) -> list[str]:
         rows.append(
             f"{j + 1:5d}  {i.position[j, 0]:6.3f}  {i.position[j, 1]:6.3f}  {i.speed[j]:11.3f}"
             f"  {i.effort[j, 0]:8.3f} {i.effort[j, 1]:8.3f}  {agree}  {i.motion_band[j]:6.2f}  {i.effort_band[j]:6.2f}"
+            f"     {i.noise[j, 0]:.1e}  {'        -' if np.isinf(i.noise[j, 1]) else f'{i.noise[j, 1]:9.1e}'}  {i.noise[j, 2]:8.1e}"
         )
     return rows
 

@@ -9,6 +9,7 @@ recording: they are those that make it most likely.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ Array = NDArray[np.float64]
 BAND = 5  # off-diagonals of the normal matrix of three states a sample, each coupled to the next sample's
 SHOWN = 1000  # samples from which the variances are estimated: their relative error is then a few per cent
 ROUGH = 9  # samples of a local parabola
+FEW = 300  # samples from which the start of the search is chosen
 STEP = 2.0  # natural logarithm of the first step of each variance; halved until it is below SETTLED
 SETTLED = 0.3
 MEMORY = (
@@ -73,14 +75,21 @@ def estimate_noise(q: Array, dq: Array | None, rate: float, encoder_step: float)
     """The noise that makes a recorded motion of one joint most likely; position noise is at least that of rounding to
     ``encoder_step`` [rad|m]."""
     window = _liveliest(q, SHOWN)
-    q, dq = q[window], None if dq is None else dq[window]
+    return _estimated(q[window].tobytes(), None if dq is None else dq[window].tobytes(), rate, encoder_step)
+
+
+@lru_cache(maxsize=512)  # a recording is prepared again for each verb and each filter
+def _estimated(q_bytes: bytes, dq_bytes: bytes | None, rate: float, encoder_step: float) -> MotionNoise:
+    q, dq = np.frombuffer(q_bytes), None if dq_bytes is None else np.frombuffer(dq_bytes)
     least = MotionNoise(
         position=max(encoder_step / np.sqrt(12), _exactness(q)), velocity=np.inf if dq is None else _exactness(dq),
         clock=1e-6 / rate, jerk=0.0,
     )  # fmt: skip
     moved = _rough_motion(q, rate)
     starts = _starts(q, dq, rate, least, moved)
-    first = min(starts, key=lambda noise: _misfit(q, dq, rate, noise, moved))
+    few = slice(0, FEW)
+    some_q, some_dq = q[few], None if dq is None else dq[few]
+    first = min(starts, key=lambda noise: _misfit(some_q, some_dq, rate, noise, moved[:, few]))
     return _most_likely(q, dq, rate, first, least, moved)
 
 
