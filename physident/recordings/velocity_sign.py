@@ -34,6 +34,7 @@ def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tup
         before, after = ends[0, which], ends[1, which]
         through = before + (after - before) * u
         sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
+        spread[index] = UNIFORM
         # the first and last samples of a rest are as uncertain as its middle: when it begins and ends is known to a sample or two
         blurred = np.unique(np.clip(index[:, None] + np.arange(-EDGE, EDGE + 1), 0, len(v) - 1))
         spread[blurred] = np.maximum(spread[blurred], UNIFORM)

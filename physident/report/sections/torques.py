@@ -82,7 +82,7 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
     time = pair.before.time[rows] - start
     colours = (style.RESIDUAL, style.PREDICTED)
     models = list(zip((model_label(c.question), EXTENDED), pair.both, colours, strict=False))
-    predicted = [Line(name, time, p.predicted[rows, j], colour) for name, p, colour in models]
+    predicted = [Line(name, time, (p.measured - p.residual)[rows, j], colour) for name, p, colour in models]
     residuals = [Line(name, time, p.residual[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
     sizes = [float(p.rms[j]) for p in pair.both]
