@@ -16,7 +16,6 @@ from physident.recordings.rows import position_jumps, typical_step
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-ELASTIC = 1e-5  # rad|m: a gear under load gives that much without sliding, however exactly its position is known
 
 
 def prepare(recording: Recording, filter: Filter) -> Signals:
@@ -62,7 +61,7 @@ def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filte
     return Signals(
         clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff,
         velocity_std=np.array([m.v_std for m in motions]),
-        rests=tuple(find_rests(m.q, m.v, max(m.noise.position_range, ELASTIC)) for m in motions),
+        rests=tuple(find_rests(m.q, m.v, m.noise.position_range) for m in motions),
     )  # fmt: skip
 
 

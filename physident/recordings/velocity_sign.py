@@ -14,7 +14,6 @@ from physident.recordings.rests import Rests
 
 Array = NDArray[np.float64]
 UNIFORM = 3**-0.5  # standard deviation of a number anywhere between -1 and 1
-EDGE = 2  # samples by which the beginning and the end of a rest are uncertain
 SURE = 1e-9  # rad/s|m/s: a velocity is never known better
 
 
@@ -34,10 +33,7 @@ def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tup
         before, after = ends[0, which], ends[1, which]
         through = before + (after - before) * u
         sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
-        spread[index] = UNIFORM
-        # the first and last samples of a rest are as uncertain as its middle: when it begins and ends is known to a sample or two
-        blurred = np.unique(np.clip(index[:, None] + np.arange(-EDGE, EDGE + 1), 0, len(v) - 1))
-        spread[blurred] = np.maximum(spread[blurred], UNIFORM)
+        spread[index] = UNIFORM * np.sqrt(np.maximum(1 - sign[index] ** 2, 0.0))
     return sign, spread
 
 
