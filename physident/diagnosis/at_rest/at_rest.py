@@ -15,6 +15,7 @@ from physident.diagnosis.at_rest.poses import AtRest, Pose
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.estimation.dry_friction.rest_rows import creep
 from physident.estimation.estimate import Estimate
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
@@ -26,7 +27,7 @@ from physident.robots.robot import Robot
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
-CREEP = 0.03  # rad/s: there the smooth sign has turned, and viscous friction is a few per cent of the dry one
+SLIDING = 0.03  # rad/s|m/s: whatever remembers has settled into sliding
 
 
 def is_at_rest(recordings: Sequence[Recording]) -> bool:
@@ -69,8 +70,8 @@ def breakaway(model: Model, q: Array) -> Array:
     robot = model.robot
     at_once = [(effect, theta) for effect, theta in _parts(model) if effect.pointwise]
     alone = Model(robot, tuple(e for e, _ in at_once), np.concatenate([theta for _, theta in at_once]))
-    forth = alone.torque(_states(q, CREEP * np.eye(robot.n)))
-    back = alone.torque(_states(q, -CREEP * np.eye(robot.n)))
+    slow = np.diag(creep(model))
+    forth, back = alone.torque(_states(q, slow)), alone.torque(_states(q, -slow))
     result = np.diag(forth - back) / 2
     for effect, theta in _parts(model):
         if not effect.pointwise:
@@ -80,7 +81,7 @@ def breakaway(model: Model, q: Array) -> Array:
 
 def _with_memory(effect: Effect, theta: Array, robot: Robot) -> Array:
     """Friction (n,) of an effect whose value depends on the motion before, once that has settled."""
-    friction = effect.friction(robot, np.array([CREEP]))[:, 0] * theta
+    friction = effect.friction(robot, np.array([SLIDING]))[:, 0] * theta
     result = np.zeros(robot.n)
     for column, value in zip(effect.columns(robot), friction, strict=True):
         result[column.joint - 1] += value

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
+from physident.estimation.dry_friction.rest_rows import creep
 from physident.recordings.signals import Filter, Signals
 from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
-CREEP = 0.005  # rad/s|m/s: there the sign has turned, and viscous friction is a few per cent of the dry one
 DOUBT = 3.0  # standard deviations of the torque's noise
 
 
@@ -68,7 +68,9 @@ def _best_friction(model: Model, signals: Signals, at_rest: NDArray[np.bool_]) -
     assert signals.torque is not None
     referred = model.refer(signals)
     # at a slow creep every dry friction is at its level, whatever the recording says of the sign
-    creeping = replace(referred, v=np.full_like(signals.v, CREEP), velocity_std=None, rests=None, transition=None)
+    creeping = replace(
+        referred, v=np.tile(creep(model), (len(signals.v), 1)), velocity_std=None, rests=None, transition=None
+    )
     predicted, now, level = model.torque(signals), np.zeros(at_rest.shape), np.zeros(at_rest.shape)
     for effect, theta in model.effect_parameters():
         if effect.dry:

@@ -17,7 +17,8 @@ from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-CREEP = 0.01  # rad/s|m/s: there the sign has turned, and viscous friction is a few per cent of the dry one
+CREEP = 0.01  # rad/s|m/s: there a dry sign has turned, and viscous friction is a few per cent of the dry one
+TURNED = 3.0  # widths of a smooth sign: tanh(3) is one to half a per cent
 ROUNDS = 3  # of weights and residual's size, each from the other; the second changes weights by a few per cent
 
 
@@ -27,13 +28,21 @@ def spread_rows(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signa
     return build_regressor(robot, [_SignSpread()], signals, filter).predict(np.ones(robot.n))
 
 
+def creep(model: Model) -> Array:
+    """The speed (n,) [rad/s|m/s] of each joint at which its dry friction has turned, however wide its sign is."""
+    stated = [widths for effect in model.effects if (widths := effect.transition(model.robot)) is not None]
+    return np.maximum(CREEP, TURNED * np.max([np.zeros(model.robot.n), *stated], axis=0))
+
+
 def dry_level(model: Model) -> Array:
-    """The dry friction (n,) [N m|N] of each joint of a model: its friction at a slow creep."""
-    level = np.zeros(model.robot.n)
+    """The dry friction (n,) [N m|N] of each joint of a model, at a slow creep; what depends on its load is left out."""
+    level, speeds = np.zeros(model.robot.n), creep(model)
     for effect, theta in model.effect_parameters():
-        friction = effect.friction(model.robot, np.array([CREEP]))[:, 0]
-        for column, one, value in zip(effect.columns(model.robot), friction, theta, strict=True):
-            level[column.joint - 1] += one * value
+        if not effect.dry:
+            continue
+        friction = effect.friction(model.robot, speeds)
+        for k, (column, value) in enumerate(zip(effect.columns(model.robot), theta, strict=True)):
+            level[column.joint - 1] += friction[k, column.joint - 1] * value
     return np.maximum(level, 0.0)
 
 

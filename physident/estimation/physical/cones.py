@@ -17,7 +17,7 @@ from physident.robots.robot import Robot
 Array = NDArray[np.float64]
 SPEEDS = 24  # points of the speed grid in each direction, evenly spaced from a tenth of the limit on
 SLOW_SPEEDS = 8  # and below that, evenly spaced in the logarithm
-SLOWEST = 1e-3  # rad/s, a tenth of the smooth sign's width
+SLOWEST = 1e-3  # rad/s: there the sharpest sign has turned to three quarters
 FREE_SPEED = math.pi  # rad/s: for joints that state no limit
 
 
