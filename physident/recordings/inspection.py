@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from physident.recordings.channels import BadRow
 from physident.recordings.motion_smoothing import encoder_step, estimate_noise, smooth_motion
-from physident.recordings.preparation import prepare
+from physident.recordings.preparation import differentiate, prepare
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter
@@ -102,7 +102,7 @@ def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tup
     """Difference [%] after the best shift, and that shift [s], of measured velocity against the derivative of position."""
     if recording.dq is None:
         return np.nan, np.nan
-    signals = prepare(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
+    signals = differentiate(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
     assert signals.torque is not None
     part = max(signals.segments, key=lambda s: s.stop - s.start)
     measured, derived = signals.torque[part, joint], signals.v[part, joint]

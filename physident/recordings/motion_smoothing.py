@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 BAND = 5  # off-diagonals of the normal matrix of three states a sample, each coupled to the next sample's
-SHOWN = 1000  # samples from which the variances are estimated: their relative error is then a few per cent
+SHOWN = 600  # samples from which the variances are estimated: their relative error is then five per cent
 ROUGH = 9  # samples of a local parabola
 FEW = 300  # samples from which the start of the search is chosen
 STEP = 2.0  # natural logarithm of the first step of each variance; halved until it is below SETTLED
@@ -59,7 +59,7 @@ class SmoothedMotion:
 def smooth_motion(q: Array, dq: Array | None, rate: float, noise: MotionNoise) -> SmoothedMotion:
     """The most likely motion of one joint from positions (N,) and, where measured, velocities (N,) at ``rate`` [Hz]; without
     velocities at least four positions determine it."""
-    states, _ = _solve(q, dq, rate, noise, _rough_motion(q, rate))
+    states, _ = _solve(q, dq, rate, noise.jerk, *_variances(noise, _rough_motion(q, rate)))
     return SmoothedMotion(
         q=states[:, 0], v=states[:, 1] * rate, a=states[:, 2] * rate**2, v_std=_velocity_std(rate, noise), noise=noise
     )
@@ -163,12 +163,11 @@ def _variances(noise: MotionNoise, moved: Array) -> tuple[Array, Array]:
 
 def _misfit(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: Array) -> float:
     """Minus twice the logarithm of the likelihood, but for a constant."""
-    states, determinant = _solve(q, dq, rate, noise, moved)
-    N, jerk = len(q), noise.jerk / rate**5
-    innovation = states[1:] - states[:-1] @ _TRANSITION.T
     position, velocity = _variances(noise, moved)
-    squares = float(np.einsum("ni,ij,nj->", innovation, _INVERSE, innovation)) / jerk
-    total = squares + determinant + 3 * (N - 1) * np.log(jerk)
+    states, determinant = _solve(q, dq, rate, noise.jerk, position, velocity)
+    N, jerk = len(q), noise.jerk / rate**5
+    innovation = (states[1:] - states[:-1] @ _TRANSITION.T) @ _ROOT
+    total = float(np.vdot(innovation, innovation)) / jerk + determinant + 3 * (N - 1) * np.log(jerk)
     total += float(((q - states[:, 0]) ** 2 / position + np.log(position)).sum())
     if dq is not None:
         total += float(((dq - states[:, 1] * rate) ** 2 / velocity + np.log(velocity)).sum())
@@ -178,30 +177,43 @@ def _misfit(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: 
 # one step of a motion in units of the sampling interval, and the inverse covariance of what white jerk adds to it
 _TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
 _INVERSE = np.linalg.inv(np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2], [1 / 6, 1 / 2, 1.0]]))
+_ROOT = np.linalg.cholesky(_INVERSE)
 
 
-def _solve(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: Array) -> tuple[Array, float]:
-    """The states (N, 3) in units of the sampling interval, and the logarithm of the normal matrix's determinant."""
-    from scipy.linalg import cho_solve_banded
+def _solve(
+    q: Array, dq: Array | None, rate: float, jerk: float, position: Array, velocity: Array
+) -> tuple[Array, float]:
+    """The states (N, 3) in units of the sampling interval, and the logarithm of the normal matrix's determinant, from the
+    variances (N,) of what was measured."""
+    from scipy.linalg.lapack import dpbtrs  # pyright: ignore[reportAttributeAccessIssue]
 
-    position, velocity = _variances(noise, moved)
-    factor = _factor(position, None if dq is None else velocity, rate, noise.jerk)
+    factor = _factor(position, None if dq is None else velocity, rate, jerk)
     right = np.zeros((len(q), 3))
     right[:, 0] = q / position
     if dq is not None:
         right[:, 1] = dq * rate / velocity
-    states = cho_solve_banded((factor, False), right.ravel(), check_finite=False).reshape(len(q), 3)
-    return states, 2 * float(np.log(factor[-1]).sum())
+    states, _ = dpbtrs(factor, right.ravel(), overwrite_b=True)
+    return states.reshape(len(q), 3), 2 * float(np.log(factor[-1]).sum())
 
 
 def _factor(position: Array, velocity: Array | None, rate: float, jerk: float) -> Array:
     """The Cholesky factor of the normal matrix, in bands (BAND + 1, 3 N), from the variances (N,) of what was measured."""
-    from scipy.linalg import cholesky_banded
+    from scipy.linalg.lapack import dpbtrf  # pyright: ignore[reportAttributeAccessIssue]
 
     N = len(position)
-    W = _INVERSE / (jerk / rate**5)
-    before, after, couple = _TRANSITION.T @ W @ _TRANSITION, W, -_TRANSITION.T @ W
-    measured = (1 / position, np.zeros(N) if velocity is None else rate**2 / velocity, np.zeros(N))
+    bands = (_few_bands(N) if N <= SHOWN else _motion_bands(N)) * (rate**5 / jerk)
+    bands[BAND, 0::3] += 1 / position
+    if velocity is not None:
+        bands[BAND, 1::3] += rate**2 / velocity
+    factor, failed = dpbtrf(bands, overwrite_ab=True)
+    if failed:
+        raise np.linalg.LinAlgError("the motion's normal matrix is not positive definite")
+    return factor
+
+
+def _motion_bands(N: int) -> Array:
+    """What white jerk of unit power contributes to the normal matrix of N samples, in bands."""
+    before, after, couple = _TRANSITION.T @ _INVERSE @ _TRANSITION, _INVERSE, -_TRANSITION.T @ _INVERSE
     bands = np.zeros((BAND + 1, N, 3))
     for row in range(3):
         for column in range(3):
@@ -209,22 +221,24 @@ def _factor(position: Array, velocity: Array | None, rate: float, jerk: float) -
                 band = bands[BAND + row - column, :, column]
                 band[:-1] += before[row, column]
                 band[1:] += after[row, column]
-                if row == column:
-                    band += measured[row]
             bands[BAND + row - 3 - column, 1:, column] = couple[row, column]
-    return cholesky_banded(bands.reshape(BAND + 1, 3 * N), check_finite=False)
+    return np.asfortranarray(bands.reshape(BAND + 1, 3 * N))
+
+
+_few_bands = lru_cache(maxsize=4)(_motion_bands)  # the noise is searched for with a hundred factors of one length
 
 
 def _velocity_std(rate: float, noise: MotionNoise) -> float:
     """Standard deviation [rad/s|m/s] of the smoothed velocity far from both ends of a recording of a slow motion."""
-    from scipy.linalg import cho_solve_banded
+    from scipy.linalg.lapack import dpbtrs  # pyright: ignore[reportAttributeAccessIssue]
 
     N = 6 * MEMORY + 1
     variances = _variances(noise, np.zeros((2, N)))
     factor = _factor(variances[0], None if np.isinf(noise.velocity) else variances[1], rate, noise.jerk)
     middle = np.zeros(3 * N)
     middle[3 * (N // 2) + 1] = 1.0
-    return float(np.sqrt(middle @ cho_solve_banded((factor, False), middle, check_finite=False))) * rate
+    solved, _ = dpbtrs(factor, middle)
+    return float(np.sqrt(middle @ solved)) * rate
 
 
 def _liveliest(q: Array, length: int) -> slice:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,17 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
     from the recording. Gaps in time and jumps of position split the recording into segments. Raises InputError for currents
     without gains, a cutoff too high for the rate, or no segment long enough for the filter.
     """
+    return _prepared(recording, filter, _most_likely)
+
+
+def differentiate(recording: Recording, filter: Filter) -> Signals:
+    """Signals as from ``prepare``, but with velocity and acceleration from positions alone, by local fits up to twice the
+    filter's cutoff: for checks that doubt the measured velocity."""
+    return _prepared(recording, filter, _differentiated)
+
+
+def _prepared(recording: Recording, filter: Filter, uniform: Callable[..., Signals]) -> Signals:
+    """The contiguous parts of a recording, each made ``uniform``, as one."""
     step = typical_step(recording.time)
     rate = filter.rate or round(1 / step, 3)
     filter.taps(rate)
@@ -33,7 +44,8 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
         time = recording.time[rows]
         count = int((time[-1] - time[0]) * rate + 1e-6) + 1
         if filter.kept(count, rate):
-            parts.append(_uniform(recording, rows, time[0] + np.arange(count) / rate, rate, filter))
+            clock = time[0] + np.arange(count) / rate
+            parts.append(uniform(recording, rows, clock, rate, filter))
     if not parts:
         need = len(filter.taps(rate)) / rate
         raise InputError(
@@ -43,26 +55,37 @@ def prepare(recording: Recording, filter: Filter) -> Signals:
     return _joined(parts, rate, recording)
 
 
-def _uniform(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
-    """One contiguous part of a recording on a uniform clock."""
-
-    def resampled(values: Array) -> Array:
-        time = recording.time[rows]
-        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
-
-    q = resampled(recording.q)
-    temperature = None if recording.temperature is None else resampled(recording.temperature)
-    dq = None if recording.dq is None else resampled(recording.dq)
+def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
+    """One contiguous part of a recording on a uniform clock, with the motion that its positions and velocities make most likely."""
+    q, torque, temperature, dq = _resampled(recording, rows, clock)
     motions = [
         _smoothed(q[:, j], None if dq is None else dq[:, j], rate, encoder_step(recording.q[:, j]))
         for j in range(q.shape[1])
     ]
     q, v, a = (np.column_stack(columns) for columns in zip(*((m.q, m.v, m.a) for m in motions), strict=True))
     return Signals(
-        clock, q, v, a, resampled(recording.torque), temperature, rate=rate, cutoff=filter.cutoff,
+        clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff,
         velocity_std=np.array([m.v_std for m in motions]),
         rests=tuple(find_rests(m.q, m.v, m.noise.position_range) for m in motions),
     )  # fmt: skip
+
+
+def _differentiated(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
+    """One contiguous part of a recording on a uniform clock, with the derivatives of its positions."""
+    q, torque, temperature, _ = _resampled(recording, rows, clock)
+    v, a = (derivative(q, order, rate, 2 * filter.cutoff) for order in (1, 2))
+    return Signals(clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff)
+
+
+def _resampled(recording: Recording, rows: slice, clock: Array) -> tuple[Array, Array, Array | None, Array | None]:
+    """Positions, torques and, where recorded, temperatures and velocities of some rows at the times of a clock."""
+    time = recording.time[rows]
+
+    def at(values: Array) -> Array:
+        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
+
+    temperature = None if recording.temperature is None else at(recording.temperature)
+    return at(recording.q), at(recording.torque), temperature, None if recording.dq is None else at(recording.dq)
 
 
 def _smoothed(q: Array, dq: Array | None, rate: float, step: float) -> SmoothedMotion:
@@ -77,6 +100,8 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         return None if arrays[0] is None else np.concatenate(arrays)
 
     stds = [part.velocity_std for part in parts if part.velocity_std is not None]
+    rests = [part.rests for part in parts if part.rests is not None]
+    lengths = [len(part.time) for part in parts]
     time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
     starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
     return Signals(
@@ -86,13 +111,8 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         a,
         torque=joined("torque"),
         temperature=joined("temperature"),
-        velocity_std=np.max(stds, axis=0),
-        rests=tuple(
-            Rests.joined(
-                [part.rests[j] for part in parts if part.rests is not None], [len(part.time) for part in parts]
-            )
-            for j in range(q.shape[1])
-        ),
+        velocity_std=np.max(stds, axis=0) if stds else None,
+        rests=tuple(Rests.joined([one[j] for one in rests], lengths) for j in range(q.shape[1])) if rests else None,
         starts=starts,
         rate=rate,
         cutoff=parts[0].cutoff,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.errors import InputError
-from physident.recordings.preparation import prepare
+from physident.recordings.preparation import differentiate
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter
 from physident.robots.robot import Robot
@@ -131,7 +131,7 @@ def _filtered(recording: Recording) -> list[_Part]:
     """The contiguous parts of a recording, filtered; none where no part is as long as the filter."""
     filter = filter_for(recording)
     try:
-        signals = prepare(with_unit_gains(replace(recording, dq=None)), filter)
+        signals = differentiate(with_unit_gains(replace(recording, dq=None)), filter)
     except InputError:
         return []  # nothing to judge, and fitting will refuse it
     every, delay = filter.decimation(signals.rate), filter.delay(signals.rate)

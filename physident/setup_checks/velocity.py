@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.preparation import prepare
+from physident.recordings.preparation import differentiate
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED
 from physident.setup_checks.finding import SetupFinding, joint_list, within
@@ -216,7 +216,7 @@ def _of_recording(recording: Recording) -> Velocities | None:
     assert recording.dq is not None
     filter = filter_for(recording)
     try:
-        signals = prepare(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
+        signals = differentiate(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
     except InputError:
         return None
     part = signals.part(max(signals.segments, key=lambda s: s.stop - s.start))

@@ -51,7 +51,7 @@ def judge(job: tuple[int, int, bool]) -> dict[str, Any]:
     if not pair:
         twin, seconds = diagnose(prepared, healthy=True)
         row["twin"] = {
-            "found": [[f.effect, list(f.joints)] for f in twin.findings], "verdict": twin.verdict, "seconds": seconds,
+            "found": [[f.effect, list(f.joints)] for f in twin.causes], "verdict": twin.verdict, "seconds": seconds,
             "placebos": sum(p.passed for p in twin.placebos),
         }  # fmt: skip
     return row

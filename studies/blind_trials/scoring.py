@@ -24,8 +24,8 @@ BY_TORQUE = ("coupled_friction", "link_inertia", "warm_up", "torque_ripple", "co
 
 @dataclass(frozen=True)
 class Score:
-    """``first``: the finding in first place is the hidden cause, alone or in a class; ``alone``: without a rival; ``named``:
-    every hidden cause is a finding; ``others``: findings beyond them; ``size`` of the first finding's class; ``error`` [%]
+    """``first``: the cause in first place is the hidden one, alone or in a class; ``alone``: without a rival; ``named``:
+    every hidden cause is named; ``others``: causes beyond them; ``size`` of the first cause's class; ``error`` [%]
     of the value, or of the torque where a shape decides; ``gain`` [%] of the oracle's."""
 
     first: bool
@@ -45,8 +45,8 @@ def score(prepared: Prepared, diagnosis: pid.Diagnosis, seconds: float) -> Score
     """Compare a diagnosis of the changed recordings with what was hidden."""
     hidden = prepared.trial.hidden
     keys = [(h.effect, h.joints) for h in hidden]
-    found = [(f.effect, f.joints) for f in diagnosis.findings]
-    classes = [{(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)} for f in diagnosis.findings]
+    found = [(f.effect, f.joints) for f in diagnosis.causes]
+    classes = [{(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)} for f in diagnosis.causes]
     first = bool(classes) and any(key in classes[0] for key in keys)
     named = all(any(key in own for own in classes) for key in keys)
     others = sum(not any(key in own for key in keys) for own in classes)
@@ -56,7 +56,7 @@ def score(prepared: Prepared, diagnosis: pid.Diagnosis, seconds: float) -> Score
     if first and len(hidden) == 1 and hidden[0].effect != "contact":
         gain = gain_of_oracle(prepared, diagnosis)
     unseen = any((u.effect, u.joints) == keys[0] for u in diagnosis.unseen)
-    told = "; ".join(_text(f) for f in diagnosis.findings) or "nothing"
+    told = "; ".join(_text(f) for f in diagnosis.causes) or "nothing"
     return Score(
         first, first and len(classes[0]) == 1, named, others, len(classes[0]) if classes else 0, error, gain, told,
         diagnosis.verdict, seconds, unseen,
@@ -70,7 +70,7 @@ def _text(f: Any) -> str:
 
 def value_error(prepared: Prepared, hidden: Hidden, diagnosis: pid.Diagnosis) -> float:
     """By how much [%] the finding's value is off; by torque on the held-out motion where a shape or several values decide."""
-    (finding,) = [f for f in diagnosis.findings if (f.effect, f.joints) == (hidden.effect, hidden.joints)]
+    (finding,) = [f for f in diagnosis.causes if (f.effect, f.joints) == (hidden.effect, hidden.joints)]
     size, _ = hidden.doses()
     values = {v.name: v.change for v in finding.parameters}
     if hidden.effect in BY_TORQUE:

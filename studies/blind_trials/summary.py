@@ -83,7 +83,7 @@ def table(sets: dict[str, dict[str, Any]]) -> str:
         ("named first and alone", "alone", ">= 85 %"),
         ("mean size of its class", "mean_class", "<= 1.5"),
         ("largest class", "largest_class", "<= 3"),
-        ("findings beyond it", "more_than_hidden", ""),
+        ("causes beyond it", "more_than_hidden", ""),
         ("value (or torque of a shape) within 10 %", "value", ">= 90 %"),
         ("  chance of it who knows cause, place and shape", "attainable", ""),
         ("median held-out gain, of the oracle's", "gain", ">= 90 %"),

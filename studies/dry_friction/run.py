@@ -32,7 +32,10 @@ def main() -> None:
     for kind in get_args(Kind):
         for instrument in INSTRUMENTS:
             score, widths = simulated_score(kind, instrument)
-            simulated[f"{kind}, {instrument}"] = {**score.as_dict(), "smoothing": widths}
+            kept = {
+                key: value for key, value in score.as_dict().items() if key != "recordings"
+            }  # paths of this machine
+            simulated[f"{kind}, {instrument}"] = {**kept, "smoothing": widths}
             rows.append(joint_row(f"{kind}, {instrument}", score.relative_all, 1))
     real = real_arms()
     rows += [
