@@ -22,7 +22,7 @@ from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
-from physident.estimation.shape_parameters import quick_fit, settle
+from physident.estimation.shape_parameters import settle
 from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.estimation.sizing import unsized_parameters
 from physident.estimation.weighting import weight_rows
@@ -76,8 +76,7 @@ def identify(
     settled, regressor = settle(robot, initial, signals, filter)
     _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
-        theta = quick_fit(robot, settled, regressor)
-        regressor = weight_rows(regressor, row_weights(robot, settled, regressor, theta, signals, filter))
+        regressor = weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter))
     estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return replace(with_shape_uncertainty(estimate, regressor, sensitivities), warnings=warnings)

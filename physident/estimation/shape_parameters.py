@@ -12,7 +12,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect, ShapeParameter
 from physident.estimation.dry_friction.transition_width import with_transitions
-from physident.estimation.least_squares import solve_step
+from physident.estimation.quick_fit import REFRESHES, SETTLED, quick_fit
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.identifiability.projection import Baseline
 from physident.recordings.signals import Filter, Signals
@@ -21,8 +21,6 @@ from physident.robots.robot import Robot
 Array = NDArray[np.float64]
 SWEEPS = 5
 ROUNDS = 3  # of shapes and of the widths of dry friction, each given the other
-SETTLED = 1e-3  # largest change between rounds: of the noise's size, or of the model's torque relative to the residual
-REFRESHES = 20
 REFINED = 1e-2  # relative width at which the search for a shape parameter ends, well below its standard error
 
 
@@ -56,8 +54,7 @@ def _turned(
     robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter
 ) -> tuple[tuple[Effect, ...], Regressor]:
     """Effects whose shapes are known with the width of every dry friction, and their regressor."""
-    regressor = settled_regressor(robot, effects, signals, filter)
-    return with_transitions(robot, effects, regressor, signals, filter, quick_fit(robot, effects, regressor))
+    return with_transitions(robot, effects, settled_regressor(robot, effects, signals, filter), signals, filter)
 
 
 def _placed(effects: tuple[Effect, ...], places: list[int], others: tuple[Effect, ...]) -> tuple[Effect, ...]:
@@ -180,22 +177,6 @@ def _merged(effect: Effect, parts: list[Effect]) -> Effect:
 def _weights(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
     sizes = regressor.joint_sizes(quick_fit(robot, effects, regressor)) / np.sqrt(len(regressor.time))
     return 1 / np.maximum(sizes, 1e-9 * max(1.0, float(np.abs(regressor.torque).max())))
-
-
-def quick_fit(robot: Robot, effects: tuple[Effect, ...], regressor: Regressor) -> Array:
-    """Parameters (p,) by weighted least squares on the QR factors; what the data do not show keeps its nominal value."""
-    base, nominal = find_base_parameters(robot, effects), Model.nominal(robot, effects).theta
-    theta, floor = nominal, 1e-9 * max(1.0, float(np.abs(regressor.torque).max()))
-    weights = np.ones(robot.n)
-    for _ in range(REFRESHES):
-        solved = solve_step(regressor, base, weights, base.values(nominal))
-        theta = base.nearest(nominal, solved.x)
-        after = 1 / np.maximum(regressor.joint_sizes(theta) / np.sqrt(len(regressor.time)), floor)
-        settled = np.allclose(after, weights, rtol=SETTLED)
-        weights = after
-        if settled:
-            break
-    return theta
 
 
 def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals], filter: Filter) -> Array:

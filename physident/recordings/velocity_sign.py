@@ -33,7 +33,7 @@ def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tup
         before, after = ends[0, which], ends[1, which]
         through = before + (after - before) * u
         sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
-        spread[index] = UNIFORM * np.sqrt(np.maximum(1 - sign[index] ** 2, 0.0))
+        spread[index] = UNIFORM
     return sign, spread
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import numpy as np
 from kept import UR5_GAINS, UR10E_COLUMNS, UR10E_GAINS, need_data
+from numpy.typing import NDArray
 
 import physident as pid
 
 
 def real_arms() -> dict[str, list[float]]:
     """Relative error (6,) [%] of all rows on recordings that were not fitted, for each arm."""
-    return {**ur10e(), **ur5(), **tx40()}
+    return {**ur10e(), **ur5(), **tx40(), **ur10()}
 
 
 def ur10e() -> dict[str, list[float]]:
@@ -52,3 +54,23 @@ def tx40() -> dict[str, list[float]]:
         return {
             "TX40, second half": pid.validate(estimate, [pid.load_recording(files["second"])]).relative_all.tolist()
         }
+
+
+def ur10() -> dict[str, list[float]]:
+    """The last 30 % of a recording from the first 70 %; nothing where the package with the arm's description is missing."""
+    try:
+        files = distribution("example-robot-data").files or []
+    except PackageNotFoundError:
+        print("no package example-robot-data: the UR10 is left out")
+        return {}
+    (path,) = [file.locate() for file in files if str(file).endswith("ur_description/urdf/ur10_robot.urdf")]
+    robot = pid.load_robot(str(path))
+    whole = pid.load_recording(need_data("rosbag2") / "ur10_exciting_trajectory.db3", joints=robot.joint_names)
+    cut = whole.time[0] + 0.7 * (whole.time[-1] - whole.time[0])
+    first, last = (_rows(whole, rows) for rows in (whole.time <= cut, whole.time > cut))
+    return {"UR10, last 30 %": pid.validate(pid.identify(robot, first), last).relative_all.tolist()}
+
+
+def _rows(recording: pid.Recording, rows: NDArray[np.bool_]) -> pid.Recording:
+    dq = None if recording.dq is None else recording.dq[rows]
+    return pid.Recording.from_arrays(recording.time[rows], recording.q[rows], recording.effort[rows], dq)

@@ -78,7 +78,7 @@ def changed_since(
 def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
     """The regressor of the extended model, its rows weighted by what dry friction leaves open."""
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
-    weights = row_weights(model.robot, model.effects, regressor, model.theta, signals, filter)
+    weights = row_weights(model.robot, model.effects, regressor, signals, filter)
     return weight_rows(regressor, weights)
 
 

@@ -44,7 +44,8 @@ def graded(hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array)
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Finding:
     index = [j - 1 for j in finding.joints] or list(range(len(expected)))
     weights = 1 / hypothesis.fit.sigma[index] ** 2
-    right = float(np.sum(weights * expected[index] ** 2) / np.sum(weights))
+    # of the same rows: a right model leaves no more than this one does
+    right = min(float(np.sum(weights * expected[index] ** 2) / np.sum(weights)), finding.gain.rms_after**2)
     takes = max(0.0, finding.gain.rms_before**2 - finding.gain.rms_after**2)
     leaves = max(0.0, finding.gain.rms_after**2 - right)
     sized = [v for v in finding.parameters if v.std > 0]

@@ -21,7 +21,7 @@ from physident.dynamics.regressor import Regressor, build_regressor, with_transi
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
-from physident.estimation.dry_friction.rest_rows import dry_level, rest_weights, spread_rows
+from physident.estimation.dry_friction.rest_rows import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
@@ -160,7 +160,10 @@ def state_problem(
         baseline = problem.freedom.baseline(problem.regressor)
         fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, model.effects, signals, filter)
-    weights = rest_weights(spread, dry_level(model), fit.residual, regressor.counted)
+    known = known_rows(spread)
+    trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known))
+    fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
+    weights = rest_weights(spread, dry_level(model), fit.residual / known, regressor.counted)
     problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights))
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual

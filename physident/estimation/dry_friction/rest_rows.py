@@ -13,12 +13,15 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect
 from physident.effects.friction import sign_spread
+from physident.estimation.quick_fit import quick_fit
+from physident.estimation.weighting import weight_rows
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 CREEP = 0.01  # rad/s|m/s: there a dry sign has turned, and viscous friction is a few per cent of the dry one
 TURNED = 3.0  # widths of a smooth sign: tanh(3) is one to half a per cent
+KNOWN = 0.03  # standard deviation of a sign, below which it counts as known: its friction then errs by three per cent
 ROUNDS = 3  # of weights and residual's size, each from the other; the second changes weights by a few per cent
 
 
@@ -53,7 +56,7 @@ def rest_weights(spread: Array, level: Array, residual: Array, counted: NDArray[
     a model leaves, whose size apart from dry friction is taken from the rows themselves.
     """
     friction = (level * spread) ** 2
-    weights = np.ones_like(residual)
+    weights = known_rows(spread)
     for _ in range(ROUNDS):
         trusted = weights**2 * counted
         variance = (trusted * (weights * residual) ** 2).sum(axis=0) / np.maximum(trusted.sum(axis=0), 1e-300)
@@ -65,14 +68,23 @@ def row_weights(
     robot: Robot,
     effects: tuple[Effect, ...],
     regressor: Regressor,
-    theta: Array,
     signals: Sequence[Signals],
     filter: Filter,
 ) -> Array:
-    """Weights (M, n) of the regressor's rows for a model with values ``theta`` (p,): see ``rest_weights``."""
+    """Weights (M, n) of the regressor's rows: see ``rest_weights``.
+
+    The size of dry friction and of the noise come from a first fit to the rows whose sign is known: an arm that mostly
+    rests would else be fitted to its rests.
+    """
+    spread = spread_rows(robot, effects, signals, filter)
+    theta = quick_fit(robot, effects, weight_rows(regressor, known_rows(spread)))
     residual = regressor.torque - regressor.predict(theta)
-    level = dry_level(Model(robot, effects, theta))
-    return rest_weights(spread_rows(robot, effects, signals, filter), level, residual, regressor.counted)
+    return rest_weights(spread, dry_level(Model(robot, effects, theta)), residual, regressor.counted)
+
+
+def known_rows(spread: Array) -> Array:
+    """Weights (M, n) of rows for a first fit, near one where the sign of velocity is known and near zero where it is not."""
+    return 1 / (1 + (spread / KNOWN) ** 2)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.estimation.quick_fit import quick_fit
+from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
@@ -30,13 +32,12 @@ def with_transitions(
     regressor: Regressor,
     signals: Sequence[Signals],
     filter: Filter,
-    theta: Array,
 ) -> tuple[tuple[Effect, ...], Regressor]:
-    """The effects with every width of Coulomb friction set, and their regressor; ``theta`` (p,) are values of the effects."""
+    """The effects with every width of Coulomb friction set, and their regressor."""
     places = [i for i, e in enumerate(effects) if isinstance(e, CoulombFriction) and e.smoothing is None]
     if not places:
         return effects, regressor
-    weights = row_weights(robot, effects, regressor, theta, signals, filter)
+    weights = row_weights(robot, effects, regressor, signals, filter)
     found = list(effects)
     for place in places:
         effect = effects[place]
@@ -47,6 +48,7 @@ def with_transitions(
     dry = [effect for effect in found if effect.dry]
     owner = [effect for effect in found for _ in effect.columns(robot)]
     columns = np.array([i for i, effect in enumerate(owner) if effect.dry], dtype=np.intp)
+    theta = quick_fit(robot, effects, weight_rows(regressor, weights))
     fresh = build_regressor(robot, dry, signals, filter, model=Model(robot, tuple(found), theta))
     return tuple(found), regressor.with_columns(fresh, columns)
 
@@ -56,7 +58,7 @@ def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Fil
     if not any(isinstance(e, CoulombFriction) and e.smoothing is None for e in model.effects):
         return model
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
-    effects, _ = with_transitions(model.robot, model.effects, regressor, signals, filter, model.theta)
+    effects, _ = with_transitions(model.robot, model.effects, regressor, signals, filter)
     return replace(model, effects=effects)
 
 
