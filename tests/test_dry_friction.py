@@ -11,7 +11,7 @@ import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.rest import rest_rows
-from physident.estimation.dry_friction.rest_rows import dry_level, rest_weights, spread_rows
+from physident.estimation.dry_friction.row_weights import dry_level, rest_weights, spread_rows
 from physident.recordings.rests import Rests
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import simulate

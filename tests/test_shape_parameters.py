@@ -10,7 +10,7 @@ import pytest
 from scipy.special import erf
 
 import physident as pid
-from physident.estimation.shape_parameters import settled_regressor
+from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.identifiability.projection import Baseline
 from physident.recordings.channels import Channels
 from physident.recordings.recording import recording_from_rows

@@ -14,7 +14,7 @@ from physident.estimation.estimate import SCHEMA, Estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import Physical, estimator_from_dict
 from physident.estimation.physical.certificate import Certificate
-from physident.estimation.shape_uncertainty import FoundShape
+from physident.estimation.shapes.shape_uncertainty import FoundShape
 from physident.files import naming, read_json
 from physident.json_records import NotNegative, Positive, RecordReader, Share
 from physident.recordings.columns.reading import Reading

@@ -14,7 +14,7 @@ from physident.errors import InputError
 from physident.estimation.estimators import Estimator
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.shape_uncertainty import FoundShape
+from physident.estimation.shapes.shape_uncertainty import FoundShape
 from physident.estimation.uncertainty import t_quantile
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.json_records import NotNegative

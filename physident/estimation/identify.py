@@ -14,7 +14,8 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.estimation.dry_friction.held_rests import hold_rests, same_sides, settle_rests, with_dry_columns
+from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
@@ -22,8 +23,8 @@ from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
-from physident.estimation.shape_parameters import settle
-from physident.estimation.shape_uncertainty import ShapeSensitivities, shape_sensitivities
+from physident.estimation.shapes.shape_parameters import settle
+from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.estimation.sizing import unsized_parameters
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
@@ -38,6 +39,9 @@ from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
+SIDES = (
+    3  # times that an estimator may choose the sides of rests anew; those that still change lie at their band's edge
+)
 
 
 @one_thread
@@ -76,10 +80,19 @@ def identify(
     settled, regressor = settle(robot, initial, signals, filter)
     _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
-        regressor = weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter))
-    estimate = estimate_from(robot, settled, regressor, recordings, estimator, filter, columns)
+        signals, regressor = settle_rests(robot, settled, regressor, signals, filter)
+    rows, estimate = regressor, None
+    for _ in range(SIDES):
+        if not isinstance(estimator, OLS):
+            rows = weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter))
+        estimate = estimate_from(robot, settled, rows, recordings, estimator, filter, columns)
+        held = hold_rests(estimate.model, signals)
+        if isinstance(estimator, OLS) or same_sides(signals, held):
+            break
+        signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
+    assert estimate is not None
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
-    return replace(with_shape_uncertainty(estimate, regressor, sensitivities), warnings=warnings)
+    return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
 
 
 def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:

@@ -15,12 +15,14 @@ FEWEST = 3  # samples of a rest: two equal positions are a slow crossing as well
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rests:
     """K rests of one joint: the samples ``start`` to ``stop`` - 1 (K,) of each, and the velocities ``before`` and ``after``
-    it (K,) [rad/s|m/s], NaN where the recording has none."""
+    it (K,) [rad/s|m/s], NaN where the recording has none. ``held`` (K,) is the sign of the friction that holds the joint,
+    where its torque is known to be all that friction can hold; None or NaN elsewhere."""
 
     start: Index
     stop: Index
     before: Array
     after: Array
+    held: Array | None = None
 
     def part(self, start: int, stop: int) -> Rests:
         """The rests that touch some samples, numbered from the first of these; they may begin before it."""
@@ -30,6 +32,7 @@ class Rests:
             stop=self.stop[chosen] - start,
             before=self.before[chosen],
             after=self.after[chosen],
+            held=None if self.held is None else self.held[chosen],
         )
 
     def samples(self, count: int) -> tuple[Index, Index, Array]:

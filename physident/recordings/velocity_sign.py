@@ -14,6 +14,7 @@ from physident.recordings.rests import Rests
 
 Array = NDArray[np.float64]
 UNIFORM = 3**-0.5  # standard deviation of a number anywhere between -1 and 1
+CERTAIN = 6.0  # standard deviations beyond which the sign of a normal value is certain to nine digits
 SURE = 1e-9  # rad/s|m/s: a velocity is never known better
 
 
@@ -34,14 +35,25 @@ def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tup
         through = before + (after - before) * u
         sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
         spread[index] = UNIFORM
+        if rests.held is not None:
+            held = rests.held[which]
+            known = np.isfinite(held)
+            sign[index[known]], spread[index[known]] = held[known], 0.0
     return sign, spread
 
 
 def expected_sign(v: Array, half: Array, std: float) -> Array:
     """Expected mean of sgn over velocities from ``v - half`` to ``v + half`` (N,), of which ``v`` has an uncertainty."""
+    std = max(std, SURE)
+    mean = np.sign(v)
+    doubtful = ~(np.abs(v) > np.abs(half) + CERTAIN * std)  # NaN stays NaN
+    mean[doubtful] = _expected_near_zero(v[doubtful], np.broadcast_to(half, v.shape)[doubtful], std)
+    return mean
+
+
+def _expected_near_zero(v: Array, half: Array, std: float) -> Array:
     from scipy.special import erf
 
-    std = max(std, SURE)
     small = np.abs(half) < 1e-3 * std  # the mean over the sample is then the value in its middle
     step = np.where(small, std, half)
 

@@ -15,7 +15,7 @@ from physident.diagnosis.at_rest.poses import AtRest, Pose
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.dry_friction.rest_rows import creep
+from physident.estimation.dry_friction.row_weights import creep
 from physident.estimation.estimate import Estimate
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings

@@ -18,7 +18,7 @@ from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.errors import PhysidentError
-from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows

@@ -21,7 +21,7 @@ from physident.dynamics.regressor import Regressor, build_regressor, with_transi
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
-from physident.estimation.dry_friction.rest_rows import dry_level, known_rows, rest_weights, spread_rows
+from physident.estimation.dry_friction.row_weights import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows

@@ -14,7 +14,7 @@ from physident.estimation.estimators import WLS
 from physident.estimation.identify import estimate_from, smallest_share
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
-from physident.estimation.shape_parameters import settled_regressor
+from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording

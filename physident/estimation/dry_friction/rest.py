@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
-from physident.estimation.dry_friction.rest_rows import creep
+from physident.estimation.dry_friction.row_weights import creep
 from physident.recordings.signals import Filter, Signals
 from physident.recordings.white_noise import white_noise
 
@@ -66,19 +66,25 @@ def _best_friction(model: Model, signals: Signals, at_rest: NDArray[np.bool_]) -
     if not at_rest.any():
         return np.zeros(at_rest.shape), at_rest
     assert signals.torque is not None
+    now, level = dry_friction(model, signals)
+    wanted, level = now + signals.torque - model.torque(signals), np.abs(level)
+    beyond = at_rest & (np.abs(wanted) > level + DOUBT * white_noise(signals.torque))
+    return np.where(at_rest, np.clip(wanted, -level, level) - now, 0.0), beyond
+
+
+def dry_friction(model: Model, signals: Signals) -> tuple[Array, Array]:
+    """The dry friction (N, n) [N m|N] that a model has at each sample, and its level there: that of a slow creep."""
     referred = model.refer(signals)
     # at a slow creep every dry friction is at its level, whatever the recording says of the sign
     creeping = replace(
         referred, v=np.tile(creep(model), (len(signals.v), 1)), velocity_std=None, rests=None, transition=None
     )
-    predicted, now, level = model.torque(signals), np.zeros(at_rest.shape), np.zeros(at_rest.shape)
+    now, level = np.zeros(signals.q.shape), np.zeros(signals.q.shape)
     for effect, theta in model.effect_parameters():
         if effect.dry:
             now += _torque(model, effect, theta, referred)
             level += _torque(model, effect, theta, creeping)
-    wanted, level = now + signals.torque - predicted, np.abs(level)
-    beyond = at_rest & (np.abs(wanted) > level + DOUBT * white_noise(signals.torque))
-    return np.where(at_rest, np.clip(wanted, -level, level) - now, 0.0), beyond
+    return now, level
 
 
 def _torque(model: Model, effect: Effect, theta: Array, signals: Signals) -> Array:

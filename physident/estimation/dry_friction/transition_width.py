@@ -15,7 +15,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
-from physident.estimation.dry_friction.rest_rows import row_weights
+from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters

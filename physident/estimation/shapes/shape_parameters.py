@@ -13,7 +13,6 @@ from physident.dynamics.regressor import Regressor, build_regressor, with_transi
 from physident.effects.effect import Effect, ShapeParameter
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.quick_fit import REFRESHES, SETTLED, quick_fit
-from physident.identifiability.base_parameters import find_base_parameters
 from physident.identifiability.projection import Baseline
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
