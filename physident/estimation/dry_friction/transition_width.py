@@ -1,6 +1,6 @@
 """The speed over which each joint's dry friction turns, where a model leaves it open: zero where the joint sticks.
 
-It is chosen joint by joint: the one with which the joint's rows leave least, after all its other columns are refitted.
+It is chosen joint by joint: the smallest that does as well as any, after all other columns of the joint are refitted.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
+TOLD_APART = 3.84  # 95 % of the squares by which one parameter fits noise better, in units of its variance
 WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s|m/s
 
 
@@ -43,7 +44,10 @@ def with_transitions(
         effect = effects[place]
         tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter) for width in WIDTHS]
         independent = find_base_parameters(robot, effects).independent
-        widths = [_best_width(regressor, tried, weights, j, k, independent) for k, j in enumerate(effect.active(robot))]
+        widths = [
+            _best_width(regressor, tried, weights, j, k, independent, filter.cutoff)
+            for k, j in enumerate(effect.active(robot))
+        ]
         found[place] = replace(effect, smoothing=tuple(widths))
     dry = [effect for effect in found if effect.dry]
     owner = [effect for effect in found for _ in effect.columns(robot)]
@@ -63,9 +67,16 @@ def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Fil
 
 
 def _best_width(
-    regressor: Regressor, tried: list[Regressor], weights: Array, j: int, k: int, independent: NDArray[np.intp]
+    regressor: Regressor,
+    tried: list[Regressor],
+    weights: Array,
+    j: int,
+    k: int,
+    independent: NDArray[np.intp],
+    cutoff: float,
 ) -> float:
-    """The width [rad/s|m/s] with which the rows of joint j (index) leave least; ``k`` is its column in the tried ones."""
+    """The smallest width [rad/s|m/s] that the rows of joint j (index) do not tell from the one with which they leave least;
+    ``k`` is its column in the tried ones."""
     rows, w = regressor.joints[j], weights[:, j, None]
     signs = np.column_stack([one.joints[j].values[:, list(one.joints[j].columns).index(k)] for one in tried])
     own = f"coulomb_friction_{j + 1}"
@@ -74,4 +85,7 @@ def _best_width(
     R = np.asarray(np.linalg.qr(stacked, mode="r"))[len(others) :, len(others) :]
     S, y = R[:, :-1], R[:, -1]
     gains = (S.T @ y) ** 2 / np.maximum((S**2).sum(axis=0), 1e-300)
-    return float(WIDTHS[int(np.argmax(gains))])
+    # rows of a filtered torque are worth as many independent ones as its band holds
+    variance = (y @ y - gains.max()) / max(1, len(stacked) - len(others) - 1)
+    told_apart = TOLD_APART * variance * max(1.0, regressor.kept_rate / (2 * cutoff))
+    return float(WIDTHS[int(np.argmax(gains >= gains.max() - told_apart))])
