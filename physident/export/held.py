@@ -14,10 +14,11 @@ from physident.effects.effect import Effect
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.excitation.motion.trajectory import random_trajectory
-from physident.export.joint_friction import added, nearest_lines
+from physident.export.joint_friction import Line, added, nearest_lines
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
+from physident.robots.robot import Joint
 from physident.validation.scores import compare
 
 Array = NDArray[np.float64]
@@ -62,15 +63,18 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
             left_out.append((effect, theta))
             lost.append(described(effect, theta))
     lines = nearest_lines(model.robot, kept, left_out)
-    for line in lines:
-        folded.append(
-            f"friction of joint {line.joint + 1} ({model.robot.joint_names[line.joint]}) written as the damping {line.damping:.4g} and dry friction {line.dry:.4g} that come closest to it"
-        )
+    folded += [_written(model.robot.joints[line.joint], line) for line in lines]
     kept += added(lines, 1.0)
     left_out += added(lines, -1.0)
     parameters = np.concatenate([np.zeros(0), *(values for _, values in kept)])
     part = Model(model.robot, tuple(effect for effect, _ in kept), parameters)
     return Held(part, tuple(folded), tuple(lost), tuple(measured), tuple(left_out))
+
+
+def _written(joint: Joint, line: Line) -> str:
+    """What was written for the friction of a joint, in one line."""
+    viscous, dry = ("N m s/rad", "N m") if joint.kind == "revolute" else ("N s/m", "N")
+    return f"friction of joint {line.joint + 1} ({joint.name}) written as the nearest damping {line.damping:.4g} {viscous} and dry friction {line.dry:.4g} {dry}"
 
 
 def described(effect: Effect, theta: Array) -> str:
