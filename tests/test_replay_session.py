@@ -20,8 +20,8 @@ def replayed() -> Replayed:
     model = physical_model(named_after_code(), seed=8)
     heavy = pid.Model(model.robot, model.effects, np.where(np.arange(len(model.theta)) < 20, 2.0, 1.0) * model.theta)
     recording = pid.simulate(model, pid.random_trajectory(model.robot, seed=1, duration=10.0))
-    models = [as_estimate(one, pid.Filter()) for one in (heavy, model)]
-    return replay(*models, [recording], "mujoco", 0.2)
+    before, after = (as_estimate(one, pid.Filter()) for one in (heavy, model))
+    return replay(before, after, [recording], "mujoco", 0.2)
 
 
 def test_a_table_has_a_row_a_joint_whatever_its_name(replayed: Replayed) -> None:

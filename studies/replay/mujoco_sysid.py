@@ -10,7 +10,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from hidden import NAMES, described, record
+from hidden import NAMES, RATE, described, record
 from mujoco import sysid
 
 import physident as pid
@@ -111,7 +111,7 @@ def by_sysid(mine: Path, run: pid.Recording, window: float, step: float) -> tupl
     spec = with_sensors(mine)
     spec.option.timestep = step
     params = free_parameters(spec)
-    size = np.concatenate([run.q, run.dq], axis=1).std(axis=0)
+    size = measured_states(run).std(axis=0)
 
     def by_size(params, predicted, measured, model, return_all, **more):
         measured = sysid.TimeSeries(measured.times[1:], measured.data[1:], measured.signal_mapping)
@@ -126,6 +126,12 @@ def by_sysid(mine: Path, run: pid.Recording, window: float, step: float) -> tupl
         robot = pid.load_robot(Path(folder, "found.xml"))
     joints = np.concatenate([robot.rotor_inertia, robot.damping, robot.dry_friction])
     return with_links(robot, robot.nominal, joints), spent, len(result.extras["objective"])
+
+
+def measured_states(run: pid.Recording) -> Array:
+    """Measured positions and velocities (N, 2 n)."""
+    assert run.dq is not None
+    return np.concatenate([run.q, run.dq], axis=1)
 
 
 def with_sensors(path: Path) -> mujoco.MjSpec:
@@ -171,7 +177,7 @@ def stretches(spec: mujoco.MjSpec, run: pid.Recording, window: float) -> sysid.M
     """The recording in stretches of a length [s], with controls and sensors as measured and states as smoothed."""
     compiled = spec.compile()
     smooth = pid.prepare(run, pid.Filter())
-    count, data = round(window * 125), np.concatenate([run.q, run.dq], axis=1)
+    count, data = round(window * RATE), measured_states(run)
     states, controls, sensors = [], [], []
     for first in range(0, len(run.time) - count, count):
         rows = slice(first, first + count + 1)
