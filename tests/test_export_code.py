@@ -22,8 +22,7 @@ from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, TorqueRipple
 from physident.export.code import c_of, export_c
 from physident.identifiability.base_parameters import random_motion
-from tests.test_export import LUMPED, lumped, physical_model
-from tests.test_export_mjcf import NASTY
+from tests.exported_arms import lumped, named_after_code, physical_model
 
 Array = np.ndarray
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -102,8 +101,7 @@ def test_regressor_and_derivatives(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_code_allocates_nothing_and_names_stay_in_comments(tmp_path: Path) -> None:
-    escaped = NASTY.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-    model = physical_model(pid.Robot(NASTY, LUMPED.replace('"elbow"', f'"{escaped}"')), seed=8)
+    model = physical_model(named_after_code(), seed=8)
     compiled(model, tmp_path)
     source = (tmp_path / "torque.c").read_text()
     assert "import os" in source  # the name is there, in a comment that it does not end

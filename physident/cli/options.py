@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -97,6 +97,27 @@ CutoffOption = Annotated[
 ModelOption = Annotated[Path, typer.Option("--model", metavar="FILE", help="A model that identify wrote.")]
 JsonOption = Annotated[
     Path | None, typer.Option("--json", metavar="FILE", help="Also write the result as JSON to this file.")
+]
+
+
+def plot_option(what: str) -> Any:
+    """The option --plot of a verb that also draws something."""
+    return typer.Option("--plot", metavar="FIGURE", help=f"Also draw {what} (.png, .pdf, .svg).")
+
+
+def _checked_meshes(folder: Path | None) -> Path | None:
+    if folder is not None and not folder.is_dir():
+        raise InputError(
+            f"--meshes {str(folder)!r} is no folder; expected the folder that package:// in the URDF stands for"
+        )
+    return folder
+
+
+MeshesOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--meshes", metavar="FOLDER", callback=_checked_meshes, help="Folder of the robot's mesh packages (package://)."
+    ),
 ]
 IncludeFittedOption = Annotated[
     bool, typer.Option("--include-fitted", help="Allow recordings that the model was fitted to.")

@@ -14,9 +14,11 @@ from physident.effects.effect import Effect
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.excitation.motion.trajectory import random_trajectory
+from physident.export.joint_friction import Line, added, nearest_lines
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
+from physident.robots.robot import Joint
 from physident.validation.scores import compare
 
 Array = NDArray[np.float64]
@@ -31,7 +33,8 @@ class Held:
 
     ``model`` has the effects that it holds, folded where they remember, and those of the torque measurement, which are no
     part of an arm. ``folded`` and ``lost`` have one line for each effect that was changed or left out, ``measured`` one
-    for each effect of the measurement; ``left_out`` are the effects of the plant that it cannot hold.
+    for each effect of the measurement; ``left_out`` are the effects of the plant that it cannot hold. Where a format has
+    damping and dry friction that are not negative only, it holds those nearest to a joint's friction, and ``left_out`` has the rest.
     """
 
     model: Model
@@ -59,9 +62,19 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
         else:
             left_out.append((effect, theta))
             lost.append(described(effect, theta))
+    lines = nearest_lines(model.robot, kept, left_out)
+    folded += [_written(model.robot.joints[line.joint], line) for line in lines]
+    kept += added(lines, 1.0)
+    left_out += added(lines, -1.0)
     parameters = np.concatenate([np.zeros(0), *(values for _, values in kept)])
     part = Model(model.robot, tuple(effect for effect, _ in kept), parameters)
     return Held(part, tuple(folded), tuple(lost), tuple(measured), tuple(left_out))
+
+
+def _written(joint: Joint, line: Line) -> str:
+    """What was written for the friction of a joint, in one line."""
+    viscous, dry = ("N m s/rad", "N m") if joint.kind == "revolute" else ("N s/m", "N")
+    return f"friction of joint {line.joint + 1} ({joint.name}) written as the nearest damping {line.damping:.4g} {viscous} and dry friction {line.dry:.4g} {dry}"
 
 
 def described(effect: Effect, theta: Array) -> str:

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.graphics import style
 from physident.graphics.scene import link_poses, log_arm, tint, tool_path
-from physident.graphics.session.blueprint import Camera
-from physident.graphics.session.log import curve, rgb
+from physident.graphics.session.blueprint import VIEW_FROM, Camera
+from physident.graphics.session.log import TIMELINE, curve, duration, rgb
 from physident.graphics.session.write import check_session_path
 from physident.outputs import write_with
 from physident.replay.replay import Replayed
+from physident.replay.score import Replay
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 ARMS = (("before", style.RESIDUAL), ("after", style.PREDICTED))
 ALPHA = 90  # of 255: a simulated arm is transparent
+TOOL = 0.008  # m: radius of the tool's point, a third of which is that of the arrow to where it is simulated
+NEAR = 0.25  # of the distance of the whole arm
 PAUSE = 1.0  # s between two recordings
 
 
@@ -35,7 +40,6 @@ def write_replay(replayed: Replayed, robot: Robot, path: str | Path, meshes: str
 
 def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | None) -> None:
     import rerun as rr
-    import rerun.blueprint as rrb
 
     windows, horizon = replayed.windows, float(replayed.windows.clock[-1])
     offsets = np.cumsum([0.0, *(s.time[-1] - s.origin + PAUSE for s in replayed.signals)])[:-1]
@@ -48,28 +52,102 @@ def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | No
     clock = np.concatenate([s.time - s.origin + o for s, o in zip(replayed.signals, offsets, strict=True)])
     points = log_arm(rec, "measured", robot, clock, np.concatenate([s.q for s in replayed.signals]), meshes)
     measured = windows.q[order, -1]
+    places = tool_path(robot, *link_poses(robot, measured))
     for (name, colour), trace in zip(ARMS, replayed.traces, strict=False):
         away = np.clip(np.nan_to_num(trace.q[order, -1] - measured, nan=np.pi), -np.pi, np.pi)
         log_arm(rec, name, robot, arrival[order], measured + away, meshes)
         tint(rec, name, robot, float(arrival[order[0]]), [*rgb(colour), ALPHA], meshes)
-        ends = [tool_path(robot, *link_poses(robot, q)) for q in (measured + away, measured)]
-        distance = 1e3 * np.linalg.norm(ends[0] - ends[1], axis=1)
+        rec.log(f"{name}/tool", rr.Points3D.from_fields(colors=[rgb(colour)], radii=[TOOL]), static=True)
+        gap = tool_path(robot, *link_poses(robot, measured + away)) - places
+        rec.send_columns(f"{name}/gap", [duration(arrival[order])], rr.Arrows3D.columns(vectors=gap, origins=places))
+        rec.log(f"{name}/gap", rr.Arrows3D.from_fields(colors=[rgb(colour)], radii=[TOOL / 3]), static=True)
+        distance = 1e3 * np.linalg.norm(gap, axis=1)
         curve(rec, f"error/tool/{name}", arrival[order], distance, f"{name} [mm]", colour)
         for j in range(robot.n):
             curve(rec, f"error/joint_{j + 1}/{name}", arrival[order], 1e3 * away[:, j], f"{name} [mrad]", colour)
-    rec.log("summary", rr.TextDocument(f"```\n{replayed.replay!r}\n```", media_type="text/markdown"), static=True)
-    title = f"measured arm, and simulations {horizon:g} s ahead"
-    camera = Camera.around(points, title)
-    eye = rrb.EyeControls3D(
-        position=camera.centre + 1.6 * camera.reach * np.array([0.7, -0.95, 0.45]), look_target=camera.centre
-    )
-    joints = [rrb.TimeSeriesView(origin=f"error/joint_{j + 1}", name=f"joint {j + 1}") for j in range(robot.n)]
-    scene = rrb.Spatial3DView(
-        origin="/", contents=["measured/**", "before/**", "after/**"], name=title, eye_controls=eye
-    )
-    right = rrb.Vertical(
-        rrb.TimeSeriesView(origin="error/tool", name="tool"), rrb.Tabs(*joints, rrb.TextDocumentView(origin="summary"))
-    )
-    rec.send_blueprint(rrb.Blueprint(rrb.Horizontal(scene, right, column_shares=[3, 2]), collapse_panels=True))
+    rec.log("summary", rr.TextDocument(_summary(replayed.replay), media_type="text/markdown"), static=True)
+    camera = Camera.around(points, f"measured arm, and simulations {horizon:g} s ahead")
+    rec.send_blueprint(_blueprint(replayed.replay, camera))
     rec.flush()
     rec.disconnect()
+
+
+def _blueprint(result: Replay, camera: Camera) -> Any:
+    """The arms, the same near the tool, and the summary on the left; the errors of tool and joints on the right."""
+    import rerun.blueprint as rrb
+
+    # of a simulated arm only what differs from the measured one: base, names and the path of the tool stand there already
+    same = [f"- {name}/{part}" for name, _ in ARMS for part in ("base/**", "tool_path")]
+    same += [f"- {name}/link_{j + 1}/name" for name, _ in ARMS for j in range(len(result.joints))]
+    contents = ["measured/**", *(f"{name}/**" for name, _ in ARMS), *same]
+    names = [f"- measured/link_{j + 1}/name" for j in range(len(result.joints))]
+    reach = camera.reach * VIEW_FROM
+    whole, near = (
+        rrb.Spatial3DView(
+            origin="/",
+            contents=shown,
+            name=title,
+            eye_controls=rrb.EyeControls3D(
+                position=camera.centre + far * reach,
+                look_target=camera.centre,
+                eye_up=[0, 0, 1],
+                tracking_entity=follow,
+            ),
+        )
+        for title, far, follow, shown in (
+            (camera.title, 1.0, None, contents),
+            ("at the tool", NEAR, "/measured/tool", [*contents, *names, "- measured/tool_path"]),
+        )
+    )
+    joints = [
+        rrb.TimeSeriesView(
+            origin=f"error/joint_{j + 1}",
+            name=f"{j + 1} {name} [mrad]",
+            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=False),
+        )
+        for j, name in enumerate(result.joints)
+    ]
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=True)
+    tool = rrb.TimeSeriesView(origin="error/tool", name="distance of the tools [mm]", plot_legend=legend)
+    summary = rrb.TextDocumentView(origin="summary", name="summary")
+    left = rrb.Vertical(rrb.Horizontal(whole, near, column_shares=[3, 2]), summary, row_shares=[3, 2])
+    right = rrb.Vertical(tool, rrb.Grid(*joints, grid_columns=2), row_shares=[1, 2])
+    return rrb.Blueprint(
+        rrb.Horizontal(left, right, column_shares=[4, 3]),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
+    )
+
+
+def _summary(result: Replay) -> str:
+    """The replay's errors as a table in Markdown."""
+    scores = [result.before] if result.after is None else [result.before, result.after]
+    parts = (
+        ("position [mrad]", 1e3, "position"),
+        ("velocity [mrad/s]", 1e3, "velocity"),
+        ("torque added [N m]", 1.0, "torque"),
+    )
+    rows = ["| joint | " + " | ".join(title for title, _, _ in parts) + " |", "|---" * 4 + "|"]
+    for j, name in enumerate(result.joints):
+        cells = [" → ".join(f"{k * getattr(score, key)[j]:.3g}" for score in scores) for _, k, key in parts]
+        rows.append(f"| {j + 1} {_plain(name)} | " + " | ".join(cells) + " |")
+    stated = [f"- {_plain(text)}" for text in scores[-1].stated]
+    kind = "before → after" if result.after is not None else "one model"
+    how = f"Errors ({kind}) over {result.starts} starts; torque added by {result.controller}."
+    return "\n".join(
+        [
+            f"**{result.verdict}**",
+            "",
+            how,
+            "",
+            *rows,
+            "",
+            *(["Held otherwise than in the model, or not at all:", "", *stated] if stated else []),
+        ]
+    )
+
+
+def _plain(text: str) -> str:
+    """A text that Markdown shows as it is, in a table too."""
+    return re.sub(r"([\\`*|<>\[\]])", r"\\\1", " ".join(text.split()))

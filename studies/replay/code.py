@@ -1,4 +1,4 @@
-"""The C code of a UR5 with friction: its largest error, and the time of one call beside Pinocchio's."""
+"""The C code of a UR5 with friction: its largest error, and the processor time of one call beside Pinocchio's."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ MAIN = """
 double physident_time(int calls) {
   double q[6] = {.1, .2, .3, .4, .5, .6}, v[6] = {.1, .2, .3, .4, .5, .6}, a[6] = {.1, .2, .3, .4, .5, .6}, tau[6];
   struct timespec s, e;
-  clock_gettime(CLOCK_MONOTONIC, &s);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &s);
   for (int k = 0; k < calls; k++) { physident_torque(q, v, a, tau); q[0] = 1e-9 * tau[0] + 1e-7 * k; }
-  clock_gettime(CLOCK_MONOTONIC, &e);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &e);
   return ((e.tv_sec - s.tv_sec) + 1e-9 * (e.tv_nsec - s.tv_nsec)) / calls;
 }
 """
@@ -61,10 +61,10 @@ def study() -> tuple[dict, list[str]]:
     data = robot.pinocchio.createData()
     best = np.inf
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.process_time()
         for _ in range(20_000):
             pin.rnea(robot.pinocchio, data, q[0], v[0], a[0])
-        best = min(best, (time.perf_counter() - start) / 20_000)
+        best = min(best, (time.process_time() - start) / 20_000)
     error = float(np.abs(found - expected).max() / np.abs(expected).max())
     results = {"error": error, "c_us": 1e6 * own, "pinocchio_us": 1e6 * best}
     return results, [

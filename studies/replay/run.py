@@ -1,4 +1,4 @@
-"""What does a diagnosis gain in the simulator? Four questions; `run.py a` asks some of them anew."""
+"""What does a diagnosis gain in the simulator? Five questions; `run.py a` asks some of them anew."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ PARTS = {
     "b": ("hidden", "A MuJoCo arm with a hidden effect, diagnosed and corrected in its MJCF"),
     "c": ("code", "Generated C code: its error, and its speed beside Pinocchio"),
     "d": ("exports", "UR10e: the torque that each exported file has, on the training recordings"),
+    "e": ("mujoco_sysid", "The same parameters from the same simulated recording, by physident and by mujoco.sysid"),
 }
 
 
 def main(wanted: list[str]) -> None:
     warnings.simplefilter("ignore", pid.PhysidentWarning)
     path = HERE / "results.json"
-    results = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     for letter in wanted or PARTS:
         name, question = PARTS[letter]
         found, rows = import_module(name).study()
+        results = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         results[letter] = found | {"question": question, "rows": rows}
         ordered = {key: results[key] for key in PARTS if key in results}
         titled = [[f"({key}) {part['question']}", "", *part["rows"]] for key, part in ordered.items()]

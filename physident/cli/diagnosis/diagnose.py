@@ -24,6 +24,7 @@ from physident.cli.options import (
     layout_of,
     names_of,
     optional_robot,
+    plot_option,
     robot_of,
 )
 from physident.errors import InputError, warn
@@ -75,10 +76,7 @@ def diagnose(
         Path | None,
         typer.Option("--out", metavar="FILE", help="Write the extended model (JSON), if something is found."),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIGURE", help="Also draw the residual before and after (.png, .pdf, .svg)."),
-    ] = None,
+    plot: Annotated[Path | None, plot_option("the residual before and after")] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Seed of the surrogates.")] = 0,
     recording_offsets: Annotated[
         bool,

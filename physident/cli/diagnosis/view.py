@@ -15,6 +15,7 @@ from physident.cli.options import (
     GainsOption,
     JointsOption,
     LockOption,
+    MeshesOption,
     RateOption,
     RobotOption,
     ToolOption,
@@ -48,9 +49,7 @@ def view(
     joints: JointsOption = None,
     lock: LockOption = None,
     tool: ToolOption = None,
-    meshes: Annotated[
-        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages.")
-    ] = None,
+    meshes: MeshesOption = None,
     columns: ColumnsOption = None,
     topic: TopicOption = None,
     rate: RateOption = None,
@@ -68,10 +67,6 @@ def view(
     paths, files = recordings or [], model or []
     if not paths and plan is None:
         raise InputError("nothing to show; expected recordings, or a planned motion (--plan)")
-    if meshes is not None and not meshes.is_dir():
-        raise InputError(
-            f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
-        )
     check_outputs([*paths, *files, diagnosis, plan, robot], out)
     if out is not None:
         check_session_path(out)

@@ -17,6 +17,7 @@ from physident.cli.options import (
     RateOption,
     TopicOption,
     layout_of,
+    plot_option,
 )
 from physident.errors import InputError
 
@@ -29,9 +30,7 @@ def compare(
         typer.Option("--on", metavar="RECORDING...", help="Recordings to compare on, up to the next option."),
     ],
     json_out: JsonOption = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw both residuals (.png, .pdf, .svg).")
-    ] = None,
+    plot: Annotated[Path | None, plot_option("both residuals")] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     topic: TopicOption = None,

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from physident.cli.app import app, check_outputs
-from physident.cli.options import ModelOption
-from physident.errors import InputError, warn
+from physident.cli.options import MeshesOption, ModelOption
+from physident.errors import warn
 
 
 @app.command(short_help="Write a model as URDF, MJCF, JSON, Python, C or CasADi.")
@@ -45,9 +45,7 @@ def export(
     casadi: Annotated[
         Path | None, typer.Option("--casadi", metavar="FILE", help="Write the torque as a CasADi function.")
     ] = None,
-    meshes: Annotated[
-        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages, for --mjcf.")
-    ] = None,
+    meshes: MeshesOption = None,
 ) -> None:
     """Write an identified model as URDF, MJCF, a table of parameters (JSON), a Python function, C code or a CasADi function.
 
@@ -57,10 +55,6 @@ def export(
     from physident.export.formats import Targets, export_files
     from physident.export.held import loss_of_torque, training_recordings
 
-    if meshes is not None and not meshes.is_dir():
-        raise InputError(
-            f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
-        )
     edited = patch if mjcf is None else None
     read = patch if mjcf is not None else None
     check_outputs([model, read], urdf, mjcf, callback, json_out, python, c, casadi, edited=edited)

@@ -14,10 +14,12 @@ from physident.cli.options import (
     GainsOption,
     IncludeFittedOption,
     JsonOption,
+    MeshesOption,
     RateOption,
     Recordings,
     TopicOption,
     layout_of,
+    plot_option,
 )
 from physident.errors import InputError
 
@@ -35,18 +37,14 @@ def replay(
         float, typer.Option("--horizon", metavar="S", help="How long the arm is simulated from each state [s].")
     ] = 0.5,
     json_out: JsonOption = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw the errors (.png, .pdf, .svg).")
-    ] = None,
+    plot: Annotated[Path | None, plot_option("the errors")] = None,
     out: Annotated[
         Path | None,
         typer.Option(
             "--out", metavar="FILE", help="Also write a session with the measured and the simulated arms (.rrd)."
         ),
     ] = None,
-    meshes: Annotated[
-        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the robot's mesh packages, for --out.")
-    ] = None,
+    meshes: MeshesOption = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     topic: TopicOption = None,
@@ -67,10 +65,6 @@ def replay(
 
     if len(model) > 2:
         raise InputError(f"{len(model)} models given, expected one or two: --model before.json --model after.json")
-    if meshes is not None and not meshes.is_dir():
-        raise InputError(
-            f"--meshes {str(meshes)!r} is no folder; expected the folder that package:// in the URDF stands for"
-        )
     check_outputs([*recordings, *model], json_out, out, plot=plot)
     if out is not None:
         check_session_path(out)

@@ -19,6 +19,7 @@ from physident.cli.options import (
     Recordings,
     TopicOption,
     layout_of,
+    plot_option,
 )
 
 
@@ -27,10 +28,7 @@ def validate(
     recordings: Recordings,
     model: ModelOption,
     json_out: JsonOption = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIGURE", help="Also draw measured and predicted torque (.png, .pdf, .svg)."),
-    ] = None,
+    plot: Annotated[Path | None, plot_option("measured and predicted torque")] = None,
     include_fitted: IncludeFittedOption = False,
     columns: ColumnsOption = None,
     topic: TopicOption = None,

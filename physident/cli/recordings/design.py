@@ -12,9 +12,11 @@ from physident.cli.options import (
     JointsOption,
     JsonOption,
     LockOption,
+    MeshesOption,
     RobotOption,
     ToolOption,
     optional_robot,
+    plot_option,
 )
 from physident.errors import InputError, warn
 
@@ -66,9 +68,7 @@ def design(
     clearance: Annotated[
         float, typer.Option("--clearance", metavar="M", help="Distance between links and to the table [m].")
     ] = 0.02,
-    meshes: Annotated[
-        Path | None, typer.Option("--meshes", metavar="FOLDER", help="Folder of the URDF's mesh packages.")
-    ] = None,
+    meshes: MeshesOption = None,
     discriminate: Annotated[
         tuple[str, str] | None,
         typer.Option("--discriminate", metavar="A B", help="Separate these two rival effects instead."),
@@ -87,9 +87,7 @@ def design(
     ] = None,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of that table [Hz].")] = 125.0,
     json_file: JsonOption = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw the motion (.png, .pdf, .svg).")
-    ] = None,
+    plot: Annotated[Path | None, plot_option("the motion")] = None,
 ) -> None:
     """Design a motion, at rest at both ends and within the limits, that excites all parameters best."""
     from physident.excitation.design_discriminating import design_discriminating

@@ -23,6 +23,7 @@ from physident.cli.options import (
     layout_of,
     names_of,
     optional_robot,
+    plot_option,
 )
 from physident.errors import InputError, warn
 
@@ -52,9 +53,7 @@ def inspect(
     rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIGURE", help="Also draw motion and effort (.png, .pdf, .svg).")
-    ] = None,
+    plot: Annotated[Path | None, plot_option("motion and effort")] = None,
 ) -> None:
     """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff.
 
