@@ -12,8 +12,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family, JointTerm
-from physident.effects.effect import Array, Cone, Effect, ShapeParameter, array_source, nonnegative
+from physident.effects.classification import Family, JointTerm, ShapeParameter
+from physident.effects.effect import Array, Cone, Effect, array_source, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.recordings.velocity_sign import velocity_sign
