@@ -239,6 +239,10 @@ class Effect(ABC):
             return signals
         return replace(signals, torque=signals.torque + self.regressor(robot, signals) @ theta)
 
+    def stepped(self, robot: Robot) -> Effect:
+        """The effect as the simulation that the robot's description states computes it, in steps of time."""
+        return self
+
     # files and export
 
     def numpy_source(self, robot: Robot, theta: Array) -> str | None:

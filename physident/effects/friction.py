@@ -85,15 +85,44 @@ class VelocityFriction(Effect):
         return self.law(robot, v, smooth_sign(v) if width is None else smooth_sign(v, width[:, None]))
 
 
+def led_by(signals: Signals, lead: float) -> Signals:
+    """The signals with the velocities that the joints have after ``lead`` [s] at their accelerations."""
+    return replace(signals, v=signals.v + lead * signals.a) if lead else signals
+
+
+def _check_lead(effect: ViscousFriction | CoulombFriction) -> None:
+    if not (np.isfinite(effect.lead) and effect.lead >= 0):
+        raise InputError(f"{effect.name}: lead is {effect.lead}, expected a time [s], or 0")
+
+
 @dataclass(frozen=True)
 class ViscousFriction(VelocityFriction):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping.
+
+    ``lead`` [s] takes the velocity v + lead a: a simulator that damps at the end of each step leads by half a step.
+    """
+
+    lead: float = 0.0
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
     formulas: ClassVar[tuple[str, ...]] = ("v",)
     signature: ClassVar[str] = "grows with speed"
     mistaken_for: ClassVar[str] = "coulomb_friction: two speeds separate them"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_lead(self)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return super().values(robot, led_by(signals, self.lead))
+
+    def stepped(self, robot: Robot) -> Effect:
+        return replace(self, lead=float(robot.damping_lead.max()))
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        source = super().numpy_source(robot, theta)
+        return source.replace("* v", f"* (v + {self.lead!r} * a)") if self.lead and source else source
 
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return v
@@ -144,12 +173,10 @@ class CoulombFriction(VelocityFriction):
             )
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
-        if not (np.isfinite(self.lead) and self.lead >= 0):
-            raise InputError(f"coulomb_friction: lead is {self.lead}, expected a time [s], or 0")
+        _check_lead(self)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        led = replace(signals, v=signals.v + self.lead * signals.a) if self.lead else signals
-        return super().values(robot, led)
+        return super().values(robot, led_by(signals, self.lead))
 
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return sign
