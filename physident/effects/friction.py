@@ -168,9 +168,7 @@ class CoulombFriction(VelocityFriction):
         super().__post_init__()
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing or 0.0,)
         if not (np.isfinite(widths).all() and min(widths) >= 0):
-            raise InputError(
-                f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s] of zero or more"
-            )
+            raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s], or 0")
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
         _check_lead(self)
@@ -187,9 +185,7 @@ class CoulombFriction(VelocityFriction):
         count = len(self.active(robot))
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing,)
         if len(widths) not in (1, count):
-            raise InputError(
-                f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint"
-            )
+            raise InputError(f"coulomb_friction: smoothing has {len(widths)} values, expected 1 or {count}")
         return np.broadcast_to(np.array(widths, dtype=float), (count,))
 
     def transition(self, robot: Robot) -> Array | None:
@@ -198,6 +194,14 @@ class CoulombFriction(VelocityFriction):
             return None
         widths[self.active(robot)] = own
         return widths
+
+    @classmethod
+    def search_options(
+        cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]
+    ) -> Sequence[CoulombFriction]:
+        """As wide as the signals' sign turns."""
+        widths = signals[0].transition if signals else None
+        return [cls(joints=joints, smoothing=None if widths is None else tuple(float(widths[j - 1]) for j in joints))]
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         gains, widths = np.zeros(robot.n), np.zeros(robot.n) if (own := self.transition(robot)) is None else own
