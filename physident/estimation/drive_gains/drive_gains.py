@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.estimation.drive_gains.contradictions import contradictions
 from physident.estimation.drive_gains.equations import GainEquations
 from physident.estimation.identify import prepare_moving
@@ -191,7 +191,9 @@ def _check_mass(robot: Robot, load_mass: float) -> None:
 
 def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass: float, method: str) -> None:
     if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown, expected one of {', '.join(METHODS)}")
+        raise InputError(
+            f"method {method!r} is unknown, expected one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}"
+        )
     if not (math.isfinite(load_mass) and load_mass > 0):
         raise InputError(f"load mass is {load_mass} kg, expected a positive number: weigh the load")
     if not unloaded or not loaded:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError, warn
+from physident.errors import InputError, did_you_mean, warn
 from physident.recordings.channels import BadRow, printable
 from physident.recordings.columns.joint_names import joint_order, listed
 from physident.recordings.formats.table import MAX_CELLS, Table
@@ -147,7 +147,7 @@ def _topic_of(connections: Sequence[Any], topic: str | None, path: Path) -> str:
     shown = listed(states) or f"none of {STATE}, but {listed(others) or 'no topics at all'}"
     if topic is not None:
         what = f"topic {topic} is not of type {STATE}" if topic in others else f"has no topic {topic}"
-        raise InputError(f"{path}: {what}; its topics of joint states: {shown}")
+        raise InputError(f"{path}: {what}; its topics of joint states: {shown}{did_you_mean(topic, states)}")
     if not states:
         raise InputError(f"{path}: has no topic of type {STATE}, expected one; its topics: {listed(others)}")
     raise InputError(
