@@ -12,7 +12,7 @@ from physident.setup_checks.finding import SetupFinding
 from physident.setup_checks.gravity import check_gravity, fits_well
 from physident.setup_checks.joint_fit import moments_of
 from physident.setup_checks.order import check_labels, check_order
-from physident.setup_checks.position import check_positions
+from physident.setup_checks.position import check_positions, check_zeros
 from physident.setup_checks.rows import rows_of
 from physident.setup_checks.samples import check_samples
 from physident.setup_checks.timing import check_delay
@@ -56,10 +56,12 @@ def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFi
     if rows is None:
         return
     moments = moments_of(rows)
+    first = check_positions(rows, moments, unit=True) or check_order(rows, moments)
+    zero = None if first is not None else check_zeros(rows, moments)
     first = (
-        check_positions(rows, moments, unit=True)
-        or check_order(rows, moments)
-        or check_labels(rows, moments)
+        first
+        or check_labels(rows, moments, than=0.0 if zero is None else zero[0])
+        or (None if zero is None else zero[1])
         or check_positions(rows, moments, unit=False)
         or check_gravity(rows, moments, recordings[0].effort_kind)
     )
