@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from physident.setup_checks.finding import SetupFinding, within
@@ -91,6 +93,14 @@ def check_zeros(rows: Rows, moments: Moments) -> tuple[float, SetupFinding] | No
         evidence=f"the description then leaves {mean[1]:.0f} % of the variance instead of {mean[0]:.0f} %, mean over joints",
         void=True,
     )
+
+
+def upside_down_gain(rows: Rows, moments: Moments) -> float:
+    """The logarithm of what the description leaves less of the efforts, a sum over joints, if its gravity is turned over."""
+    x, y, z = rows.robot.gravity
+    other = moments_of(replace(rows, robot=replace(rows.robot, gravity=(-x, -y, -z))))
+    before, after = (np.maximum(own_unexplained(one), CERTAIN) for one in (moments, other))
+    return float(np.log(before / after).sum())
 
 
 def _factor(rows: Rows, moments: Moments) -> float | None:
