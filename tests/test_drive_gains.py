@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -77,6 +78,24 @@ def test_with_noise_intervals_hold_the_truth(tls: pid.DriveGains) -> None:
     assert inside.sum() >= 5  # of six 95 % intervals
     np.testing.assert_allclose(tls.gains[1:4], GAINS[1:4], rtol=0.05)  # the joints that carry the load against gravity
     np.testing.assert_allclose(tls.load[1:4] / tls.load[0], LOAD[1:4] / LOAD[0], atol=0.01)
+
+
+def test_loads_that_contradict_each_other_are_named(
+    ur5: pid.Robot, free: list[pid.Recording], carried: list[pid.Recording], tls: pid.DriveGains
+) -> None:
+    """Two loads of one mass on opposite sides: gains of their mean are wrong by up to half, and no interval is printed."""
+    opposite = currents(arm(ur5, body(4.0, (-0.05, -0.08, 0.1), (0.02, 0.03, 0.025))), 4)
+    found = pid.identify_drive_gains(ur5, free, [carried[0], opposite], LOAD[0], effects=EFFECTS)
+    assert tls.warnings == ()
+    assert re.search(
+        r"with load contradict each other: its centre of mass is at \(.*\) mm in .* seed 3 and at .* seed 4",
+        found.warnings[0],
+    )
+    assert "on joint 6" in found.warnings[1]
+    assert "verdict: doubtful: " in repr(found)
+    assert "--drive-gains" not in repr(found)
+    assert found.as_dict()["intervals_Nm_A"] == [None] * 6
+    assert found.as_dict()["warnings"] == list(found.warnings)
 
 
 def test_least_squares_is_pulled_down_by_noise(

@@ -45,7 +45,7 @@ def compiled(model: pid.Model, folder: Path) -> Callable[..., None]:
 
 
 def every_law(robot: pid.Robot) -> pid.Model:
-    named = "rigid_body rotor_inertia payload gravity_tilt viscous_friction coulomb_friction friction_asymmetry"
+    named = "rigid_body rotor_inertia payload gravity_tilt gravity_magnitude viscous_friction coulomb_friction friction_asymmetry"
     more = "load_dependent_friction joint_spring torque_constant torque_offset"
     shaped = StribeckFriction((2,), (0.1,)), NonlinearViscousFriction(None, (0.5, 2.0)), TorqueRipple((2,), (3.0,))
     memory = PreslidingHysteresis((2,), (0.02,)), WarmUp((1,), (4.0,)), PreslidingHysteresis((1,), (0.1,))
@@ -74,7 +74,7 @@ def test_c_code_is_the_model_with_all_its_laws(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_regressor_and_derivatives(tmp_path: Path) -> None:
-    kept = "rigid_body rotor_inertia payload gravity_tilt viscous_friction coulomb_friction load_dependent_friction"
+    kept = "rigid_body rotor_inertia payload gravity_tilt gravity_magnitude viscous_friction coulomb_friction load_dependent_friction"
     effects = pid.make_effects([*kept.split(), "torque_constant", TorqueRipple((2,), (3.0,))])
     robot = lumped()
     count = len(pid.Model.nominal(robot, effects).theta)

@@ -45,9 +45,7 @@ def test_inverse_dynamics_are_those_of_the_model(maker: Any) -> None:
 
 def test_every_effect_that_mjcf_has_a_place_for_is_exact() -> None:
     robot = pid.load_robot("ur5")
-    names = (
-        "rigid_body rotor_inertia viscous_friction coulomb_friction joint_spring gravity_tilt payload coupled_friction"
-    )
+    names = "rigid_body rotor_inertia viscous_friction coulomb_friction joint_spring gravity_tilt gravity_magnitude payload coupled_friction"
     effects = pid.make_effects(names.split())
     theta = np.random.default_rng(23).uniform(0.1, 1.0, size=len(pid.Model.nominal(robot, effects).theta))
     model = pid.Model(robot, effects, theta)

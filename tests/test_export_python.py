@@ -46,7 +46,7 @@ def test_python_function_equals_the_model(robot: pid.Robot, tmp_path: Path) -> N
 
 def test_python_function_holds_every_effect_it_can(tmp_path: Path) -> None:
     robot = lumped()
-    named = "rigid_body rotor_inertia payload gravity_tilt viscous_friction coulomb_friction friction_asymmetry"
+    named = "rigid_body rotor_inertia payload gravity_tilt gravity_magnitude viscous_friction coulomb_friction friction_asymmetry"
     more = "load_dependent_friction joint_spring torque_constant torque_offset"
     shaped = StribeckFriction((2,), (0.1,)), NonlinearViscousFriction(None, (0.5, 2.0)), TorqueRipple((2,), (3.0,))
     effects = pid.make_effects([*named.split(), *more.split(), *shaped, CoupledFriction((2, 1))])

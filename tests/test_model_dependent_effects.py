@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+import pytest
 
 import physident as pid
 from physident.identifiability.base_parameters import random_motion
@@ -135,3 +136,15 @@ def test_load_is_inertia_and_gravity_alone(ur5: pid.Robot) -> None:
     measured = pid.Model(ur5, effects, theta).torque(random_motion(ur5, 5))
     expected = signals.motor * np.array([1, 1.1, 1, 1, 1, 1]) + 3.0
     np.testing.assert_allclose(measured, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (3.0, -2.0, -8.0), (0.0, 0.0, 0.0)])
+def test_gravity_magnitude_is_the_change_of_torque_with_the_size_of_gravity(gravity: tuple[float, ...]) -> None:
+    robot = pid.load_robot("ur5", gravity=gravity)
+    signals = motion(robot)
+    signals = pid.Model.nominal(robot, ["rigid_body"]).refer(signals)
+    column = pid.CATALOGUE["gravity_magnitude"]().regressor(robot, signals)[:, :, 0]
+    stronger = robot.pinocchio.copy()
+    size = np.linalg.norm(gravity)
+    stronger.gravity.linear = np.array(gravity) * (1 + 1 / size) if size else np.array([0.0, 0.0, -1.0])
+    np.testing.assert_allclose(column, _rnea(stronger, signals) - _rnea(robot.pinocchio, signals), atol=1e-9)

@@ -70,7 +70,9 @@ def friction_of(estimate: pid.Estimate) -> tuple[float, float]:
 def test_what_friction_holds_inside_its_band_says_nothing(arm: pid.Robot, method: str) -> None:
     """Rests whose torque lies anywhere inside the band leave the estimate where the moves put it."""
     rng = np.random.default_rng(3)
-    estimates = [identified(arm, held, method) for held in (np.zeros(10), 0.9 * rng.uniform(-1, 1, 10), np.full(10, 0.9))]
+    estimates = [
+        identified(arm, held, method) for held in (np.zeros(10), 0.9 * rng.uniform(-1, 1, 10), np.full(10, 0.9))
+    ]
     for estimate in estimates:
         value, std = friction_of(estimate)
         assert value == pytest.approx(DRY, rel=0.01)

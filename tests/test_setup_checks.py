@@ -83,6 +83,36 @@ def test_joints_swapped_in_all_columns(ur5: pid.Robot, runs: Runs, pair: tuple[i
     assert kinds(ur5, each(runs, change)) == [("joint_order", pair)]
 
 
+@pytest.mark.parametrize("joint", [2, 3])
+@pytest.mark.parametrize(
+    ("turn", "zero", "says"),
+    [
+        (-1.0, 0.0, "turns the other way"),
+        (1.0, np.pi / 2, "90 degrees above"),
+        (1.0, -np.pi / 2, "90 degrees below"),
+        (1.0, np.pi, "half a turn"),
+    ],
+)
+def test_the_zero_and_the_direction_of_one_joint(
+    ur5: pid.Robot, runs: Runs, joint: int, turn: float, zero: float, says: str
+) -> None:
+    """Joints that carry the arm's weight; a wrist's weight shows no more than its friction."""
+    here = np.arange(6) == joint - 1
+    sign = np.where(here, turn, 1.0)
+
+    def change(r: pid.Recording) -> pid.Recording:
+        dq = None if r.dq is None else sign * r.dq
+        return replace(r, q=sign * r.q + here * zero, dq=dq, effort=sign * r.effort)
+
+    (found,) = pid.check_setup(ur5, each(runs, change))
+    if found.kind == "gravity_direction":  # an arm whose second joint is half a turn off is an arm that hangs
+        assert (joint, zero) == (2, np.pi)
+        assert found.rivals == ("joint 2 is recorded half a turn from where it is described",)
+        return
+    assert (found.kind, found.joints, found.void) == ("joint_place", (joint,), True)
+    assert says in found.statement
+
+
 @pytest.mark.parametrize(
     ("factor", "kind"), [(0.1, "motor_current"), (0.01, "motor_torque"), (1000.0, "effort_unit"), (2.5, "description")]
 )

@@ -18,6 +18,7 @@ CASES: dict[str, tuple[dict[str, Any], list[float]]] = {
     "torque_offset": ({"joints": (4,)}, [0.8]),
     "joint_zero_offset": ({"joints": (3,)}, [0.02]),
     "gravity_tilt": ({}, [0.4, -0.3]),
+    "gravity_magnitude": ({}, [-0.5]),
     "warm_up": ({"joints": (1,), "time_constant": (4.0,)}, [4.0, 3.0]),
 }
 

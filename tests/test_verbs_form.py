@@ -58,7 +58,7 @@ def test_every_verb_explains_itself_in_words(verb: str, option: str, capfd: pyte
     assert "{" not in shown
 
 
-@pytest.mark.parametrize("verb", sorted(set(VERBS) - {"demo", "export", "report", "view", "simulate", "inspect"}))
+@pytest.mark.parametrize("verb", sorted(set(VERBS) - {"demo", "export", "report", "view"}))
 def test_every_verb_that_computes_has_json(verb: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert run([verb, "--help"]) == 0
     assert "--json FILE" in capfd.readouterr().out
@@ -85,6 +85,8 @@ def test_completion_can_be_shown(monkeypatch: pytest.MonkeyPatch) -> None:
         (["design", "--rate", "fast"], "see physident design --help"),
         (["base-parameters", "--robot", "ur5", "--effects", "rigid_bodi"], "did you mean 'rigid_body'"),
         (["base-parameters", "--robot", "ur5", "--effects", "friction"], "did you mean"),
+        (["identify", "a.csv", "--robot", "ur55", "--out", "-"], "did you mean 'ur5'"),
+        (["design", "--robot", "ur5", "--limits", "joints", "--out", "-"], "did you mean 'joint'"),
     ],
 )
 def test_the_nearest_name_is_suggested(typed: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:

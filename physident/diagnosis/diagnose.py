@@ -111,7 +111,7 @@ def diagnose_motion(
     warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
 
     if isinstance(model, Model):  # a description says nothing of how its friction turns
-        model = given = model_with_transitions(model, signals, used_filter)
+        model = given = model_with_transitions(model.stepped(), signals, used_filter)
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = search_effects(problem, progress)
     placebos = _placebos(found.last)

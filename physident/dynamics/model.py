@@ -54,6 +54,12 @@ class Model:
         added = described_effects(robot) if robot.joint_dynamics is not None else ()
         return Model.nominal(robot, ["rigid_body", *added])
 
+    def stepped(self) -> Model:
+        """The model as the described simulation computes it in steps of time, which its recordings show; else the same."""
+        if self.robot.joint_dynamics is None:
+            return self
+        return replace(self, effects=tuple(effect.stepped(self.robot) for effect in self.effects))
+
     @property
     def columns(self) -> tuple[Column, ...]:
         """Name, unit and joint of each parameter, in the order of ``theta``."""

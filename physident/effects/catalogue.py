@@ -18,7 +18,7 @@ from physident.effects.friction import (
 )
 from physident.effects.hysteresis import PreslidingHysteresis
 from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset
-from physident.effects.mounting import GravityTilt, JointZeroOffset
+from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
@@ -50,6 +50,7 @@ CATALOGUE: dict[str, Any] = {
         Payload,
         LinkInertia,
         GravityTilt,
+        GravityMagnitude,
         JointZeroOffset,
         Contact,
     )

@@ -1,4 +1,4 @@
-"""How an effect is classified: its family, where it can act, how a diagnosis searches for it, and what simulators know of it."""
+"""How an effect is classified: its family, where it can act, how it and its shape are searched, and what simulators know of it."""
 
 from __future__ import annotations
 
@@ -66,3 +66,17 @@ class JointTerm:
     damping: float | None = None
     dry: float | None = None
     stiffness: float | None = None
+
+
+@dataclass(frozen=True)
+class ShapeParameter:
+    """A parameter that the torque is not linear in, such as the Stribeck velocity.
+
+    ``field`` is the attribute of the effect that holds one value for each joint, in ``unit``. Where it is not given, it
+    is searched on ``grid`` within the recordings, and then refined unless only the grid's values make sense (``discrete``).
+    """
+
+    field: str
+    unit: str
+    grid: tuple[float, ...]
+    discrete: bool = False

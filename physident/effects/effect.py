@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Detection, Family, JointTerm, Scope
+from physident.effects.classification import Detection, Family, JointTerm, Scope, ShapeParameter
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -38,20 +38,6 @@ class Cone:
 
     map: Array
     offset: Array
-
-
-@dataclass(frozen=True)
-class ShapeParameter:
-    """A parameter that the torque is not linear in, such as the Stribeck velocity.
-
-    ``field`` is the attribute of the effect that holds one value for each joint, in ``unit``. Where it is not given, it
-    is searched on ``grid`` within the recordings, and then refined unless only the grid's values make sense (``discrete``).
-    """
-
-    field: str
-    unit: str
-    grid: tuple[float, ...]
-    discrete: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +140,15 @@ class Effect(ABC):
         """
         return np.zeros((len(self.columns(robot)), len(speeds)))
 
+    @classmethod
+    def can_be_wrong(cls, robot: Robot) -> bool:
+        """Whether a diagnosis looks for it at all: whether the robot's description can be wrong about it."""
+        return True
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        """A sentence on what parameters ``theta`` (k,) mean; empty where names, numbers and units say it."""
+        return ""
+
     # shape parameters and their search
 
     def shape_values(self, robot: Robot, field: str) -> Array:
@@ -243,6 +238,10 @@ class Effect(ABC):
         if self.acts_on == "plant" or signals.torque is None:
             return signals
         return replace(signals, torque=signals.torque + self.regressor(robot, signals) @ theta)
+
+    def stepped(self, robot: Robot) -> Effect:
+        """The effect as the simulation that the robot's description states computes it, in steps of time."""
+        return self
 
     # files and export
 

@@ -12,8 +12,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family, JointTerm
-from physident.effects.effect import Array, Cone, Effect, ShapeParameter, array_source, nonnegative
+from physident.effects.classification import Family, JointTerm, ShapeParameter
+from physident.effects.effect import Array, Cone, Effect, array_source, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.recordings.velocity_sign import velocity_sign
@@ -85,15 +85,44 @@ class VelocityFriction(Effect):
         return self.law(robot, v, smooth_sign(v) if width is None else smooth_sign(v, width[:, None]))
 
 
+def led_by(signals: Signals, lead: float) -> Signals:
+    """The signals with the velocities that the joints have after ``lead`` [s] at their accelerations."""
+    return replace(signals, v=signals.v + lead * signals.a) if lead else signals
+
+
+def _check_lead(effect: ViscousFriction | CoulombFriction) -> None:
+    if not (np.isfinite(effect.lead) and effect.lead >= 0):
+        raise InputError(f"{effect.name}: lead is {effect.lead}, expected a time [s], or 0")
+
+
 @dataclass(frozen=True)
 class ViscousFriction(VelocityFriction):
-    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping."""
+    """tau_j = Fv_j v_j; Fv in N m s/rad (thesis eq. 3.42). Nominal: a simulator's damping.
+
+    ``lead`` [s] takes the velocity v + lead a: a simulator that damps at the end of each step leads by half a step.
+    """
+
+    lead: float = 0.0
 
     name: ClassVar[str] = "viscous_friction"
     unit: ClassVar[str] = "N m s/rad"
     formulas: ClassVar[tuple[str, ...]] = ("v",)
     signature: ClassVar[str] = "grows with speed"
     mistaken_for: ClassVar[str] = "coulomb_friction: two speeds separate them"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_lead(self)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return super().values(robot, led_by(signals, self.lead))
+
+    def stepped(self, robot: Robot) -> Effect:
+        return replace(self, lead=float(robot.damping_lead.max()))
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        source = super().numpy_source(robot, theta)
+        return source.replace("* v", f"* (v + {self.lead!r} * a)") if self.lead and source else source
 
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return v
@@ -139,17 +168,13 @@ class CoulombFriction(VelocityFriction):
         super().__post_init__()
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing or 0.0,)
         if not (np.isfinite(widths).all() and min(widths) >= 0):
-            raise InputError(
-                f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s] of zero or more"
-            )
+            raise InputError(f"coulomb_friction: smoothing is {self.smoothing}, expected speeds [rad/s], or 0")
         if not (np.isfinite(self.presliding) and self.presliding >= 0):
             raise InputError(f"coulomb_friction: presliding is {self.presliding}, expected a distance [rad], or 0")
-        if not (np.isfinite(self.lead) and self.lead >= 0):
-            raise InputError(f"coulomb_friction: lead is {self.lead}, expected a time [s], or 0")
+        _check_lead(self)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        led = replace(signals, v=signals.v + self.lead * signals.a) if self.lead else signals
-        return super().values(robot, led)
+        return super().values(robot, led_by(signals, self.lead))
 
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
         return sign
@@ -160,9 +185,7 @@ class CoulombFriction(VelocityFriction):
         count = len(self.active(robot))
         widths = self.smoothing if isinstance(self.smoothing, tuple) else (self.smoothing,)
         if len(widths) not in (1, count):
-            raise InputError(
-                f"coulomb_friction: smoothing has {len(widths)} values, expected one, or {count}, one a joint"
-            )
+            raise InputError(f"coulomb_friction: smoothing has {len(widths)} values, expected 1 or {count}")
         return np.broadcast_to(np.array(widths, dtype=float), (count,))
 
     def transition(self, robot: Robot) -> Array | None:
@@ -171,6 +194,14 @@ class CoulombFriction(VelocityFriction):
             return None
         widths[self.active(robot)] = own
         return widths
+
+    @classmethod
+    def search_options(
+        cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]
+    ) -> Sequence[CoulombFriction]:
+        """As wide as the signals' sign turns."""
+        widths = signals[0].transition if signals else None
+        return [cls(joints=joints, smoothing=None if widths is None else tuple(float(widths[j - 1]) for j in joints))]
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         gains, widths = np.zeros(robot.n), np.zeros(robot.n) if (own := self.transition(robot)) is None else own

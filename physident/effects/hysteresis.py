@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family
-from physident.effects.effect import Array, Cone, Effect, ShapeParameter, nonnegative
+from physident.effects.classification import Family, ShapeParameter
+from physident.effects.effect import Array, Cone, Effect, nonnegative
 from physident.effects.friction import CoulombFriction
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

@@ -1,4 +1,4 @@
-"""Errors of mounting and zeroing: a tilted base, and encoders whose zero is off."""
+"""Errors of mounting and zeroing: gravity of another direction or size, and encoders whose zero is off."""
 
 from __future__ import annotations
 
@@ -44,6 +44,59 @@ class GravityTilt(Effect):
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
         return AddedInertia(np.zeros(10 * robot.n), np.zeros(robot.n), (float(theta[0]), float(theta[1]), 0.0))
+
+
+EARTH = (9.76, 9.84)  # m/s^2: what is measured anywhere on its surface
+
+
+@dataclass(frozen=True)
+class GravityMagnitude(Effect):
+    """tau = g d tau/d g: gravity is larger by g along its own direction; g in m/s^2, negative where it is smaller.
+
+    A diagnosis looks for it only where a description can be wrong about it: in simulations, which state their gravity, and where
+    gravity is not the Earth's.
+    """
+
+    name: ClassVar[str] = "gravity_magnitude"
+    unit: ClassVar[str] = "m/s^2"
+    family: ClassVar[Family] = Family.MOUNTING
+    scope: ClassVar[Scope] = Scope.WHOLE_ARM
+    needs_model: ClassVar[bool] = True
+    signature: ClassVar[str] = "all gravity torques are scaled alike, and inertia torques are not"
+    mistaken_for: ClassVar[str] = (
+        "torque_constant, payload, link_inertia: they change inertia torques too, so record fast motions"
+    )
+
+    @classmethod
+    def can_be_wrong(cls, robot: Robot) -> bool:
+        simulated = robot.origin is not None and robot.origin.format == "mjcf"
+        return simulated or not EARTH[0] <= float(np.linalg.norm(robot.gravity)) <= EARTH[1]
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return (Column(self.name, self.unit, 1, self.name),)
+
+    def pattern(self, robot: Robot) -> NDArray[np.intp]:
+        return every_joint_pattern(robot.n, 1)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return gravity_torque(robot, signals.from_model("links"), signals.q, _direction(robot)).T
+
+    def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
+        x, y, z = (float(theta[0] * along) for along in _direction(robot))
+        return AddedInertia(np.zeros(10 * robot.n), np.zeros(robot.n), (x, y, z))
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        stated, change = float(np.linalg.norm(robot.gravity)), float(theta[0])
+        if stated == 0.0:
+            return f"The description has no gravity; the recordings show {change:.4g} m/s^2."
+        size = f"{100 * abs(change) / stated:.3g} % {'larger' if change > 0 else 'smaller'}"
+        return f"Gravity is {size} than described: {stated + change:.4g} instead of {stated:.4g} m/s^2."
+
+
+def _direction(robot: Robot) -> Array:
+    """Unit vector (3,) of the description's gravity; downwards where it has none."""
+    size = float(np.linalg.norm(robot.gravity))
+    return np.array(robot.gravity) / size if size > 0 else np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from physident.effects.classification import Family
-from physident.effects.effect import Array, Column, Effect, ShapeParameter
+from physident.effects.classification import Family, ShapeParameter
+from physident.effects.effect import Array, Column, Effect
 from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, JointTerm, Scope
-from physident.effects.effect import Array, Column, Cone, Effect, ShapeParameter, array_source, nonnegative
+from physident.effects.classification import Family, JointTerm, Scope, ShapeParameter
+from physident.effects.effect import Array, Column, Cone, Effect, array_source, nonnegative
 from physident.effects.friction import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals

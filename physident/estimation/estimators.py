@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, cast
 
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 from physident.estimation.physical.prior import Entropic, Prior, make_prior, prior_from_dict
 from physident.json_records import Range, RecordReader
@@ -91,7 +91,9 @@ def make_estimator(method: str | Estimator) -> Estimator:
     if isinstance(method, OLS | WLS | Robust | Physical):
         return method
     if method not in ESTIMATORS:
-        raise InputError(f"method {method!r} is unknown, expected one of {', '.join(ESTIMATORS)}")
+        raise InputError(
+            f"method {method!r} is unknown, expected one of {', '.join(ESTIMATORS)}{did_you_mean(method, ESTIMATORS)}"
+        )
     return ESTIMATORS[method]()
 
 
@@ -145,7 +147,7 @@ def estimator_from_dict(data: dict[str, Any]) -> Estimator:
 
 def _among(what: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise InputError(f"{what} is {value!r}, expected one of {', '.join(allowed)}")
+        raise InputError(f"{what} is {value!r}, expected one of {', '.join(allowed)}{did_you_mean(value, allowed)}")
 
 
 def _positive(what: str, value: float, unit: str) -> None:

@@ -15,7 +15,7 @@ from physident.estimation.weighting import compress, expand, joint_sigma, noise_
 from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
-MAX_ITERATIONS = 50
+MAX_ITERATIONS = 500  # a model that lacks most of the torque, as one without friction, takes more than 80
 SETTLED = 1e-6  # relative change of the noise's size between iterations
 
 

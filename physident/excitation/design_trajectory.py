@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from physident.dynamics.model import Model
-from physident.errors import InputError, NotSolvedError
+from physident.errors import InputError, NotSolvedError, did_you_mean
 from physident.estimation.estimate import Estimate
 from physident.excitation.criterion.criterion import Criterion, make_criterion
 from physident.excitation.design import LIMITS, Design, Limits
@@ -47,7 +47,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         if self.limits not in LIMITS:
-            raise InputError(f"limits is {self.limits!r}, expected one of {', '.join(LIMITS)}")
+            raise InputError(
+                f"limits is {self.limits!r}, expected one of {', '.join(LIMITS)}{did_you_mean(self.limits, LIMITS)}"
+            )
         check_counts(periods=self.periods, starts=self.starts, generations=self.generations)
 
 

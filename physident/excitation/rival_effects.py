@@ -11,7 +11,7 @@ from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
 from physident.effects.payload import LinkChange
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.excitation.criterion.separation import Separation, Term
 from physident.excitation.task import Task, scaled_to_unit_size
 from physident.identifiability.base_parameters import find_base_parameters
@@ -60,8 +60,10 @@ def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
     """
     for name in (a, b):
         if name not in CATALOGUE or CATALOGUE[name].detection is not Detection.BY_PLACE:
-            known = ", ".join(known for known, cls in CATALOGUE.items() if cls.detection is Detection.BY_PLACE)
-            raise InputError(f"effect {name!r} cannot be separated by a motion, expected one of {known}")
+            known = [known for known, cls in CATALOGUE.items() if cls.detection is Detection.BY_PLACE]
+            raise InputError(
+                f"effect {name!r} cannot be separated by a motion, expected one of {', '.join(known)}{did_you_mean(name, known)}"
+            )
     if a == b:
         raise InputError(f"effect {a!r} was given twice, expected two different effects")
     n = model.robot.n

@@ -13,7 +13,7 @@ MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E7
 SESSION_MEASURED = "#8C8C8C"
 MODELS = ("#3D9BE0", "#1FB58A", "#E69F00", "#CC79A7", "#B4A54B")
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 22 colours can
+# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 23 colours can
 # be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most
 # frequent causes come first and differ most
 EFFECTS = {
@@ -31,6 +31,7 @@ EFFECTS = {
     "contact": "#A5E169",
     "torque_constant": "#00D2D2",
     "gravity_tilt": "#69A5FF",
+    "gravity_magnitude": "#78A596",
     "link_inertia": "#A54B69",
     "warm_up": "#A51ED2",
     "joint_spring": "#875A87",

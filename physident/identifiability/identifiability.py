@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,13 @@ class Identifiability:
         """The share for one effect and its joints; ``question`` is "new" or "refitted"."""
         (cell,) = [c for c in self.cells if c.effect == effect and c.joints == joints]
         return cell.new if question == "new" else cell.refitted
+
+    def as_dict(self) -> dict[str, Any]:
+        """The table for JSON."""
+        return {
+            "cutoff_Hz": self.cutoff,
+            "cells": [asdict(cell) | {"joints": list(cell.joints)} for cell in self.cells],
+        }
 
     def __repr__(self) -> str:
         return "\n".join(_text(self))

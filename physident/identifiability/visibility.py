@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,11 @@ class Visibility:
 
     columns: tuple[Column, ...]
     share: Array
+
+    def as_dict(self) -> dict[str, Any]:
+        """The shares by the parameters' names for JSON; None where the recordings do not excite a parameter at all."""
+        named = zip(self.columns, self.share.tolist(), strict=True)
+        return {"share": {column.name: None if np.isnan(share) else share for column, share in named}}
 
     def __repr__(self) -> str:
         rows = [

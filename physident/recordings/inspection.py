@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,37 @@ class Inspection:
         """The rows that were left out, with the reason."""
         return self.recording.rejected
 
+    def as_dict(self) -> dict[str, Any]:
+        """The facts as plain numbers and texts for JSON; None where a number is not known."""
+        r = self.recording
+        arrays = {
+            "position": self.position,
+            "speed": self.speed,
+            "effort": self.effort,
+            "velocity_error_percent": self.velocity_error,
+            "velocity_delay_s": self.velocity_delay,
+            "noise": self.noise,
+            "motion_band_Hz": self.motion_band,
+            "effort_band_Hz": self.effort_band,
+        }
+        return {
+            "path": r.source,
+            "sha256": r.sha256,
+            "joints": r.n,
+            "rows": len(r.time),
+            "duration_s": float(r.duration),
+            "rate_Hz": float(self.rate),
+            "jitter_s": float(self.jitter),
+            "longest_step_s": float(self.longest),
+            "effort_kind": r.effort_kind,
+            "bad_rows": [asdict(bad) for bad in self.bad_rows],
+            "columns_ignored": list(r.ignored),
+            "rest_s": [list(span) for span in self.rest],
+            **{name: _known(array) for name, array in arrays.items()},
+            "suggested_cutoff_Hz": float(self.cutoff),
+            "verdict": _verdict(self).removeprefix("verdict: "),
+        }
+
     def __repr__(self) -> str:
         return "\n".join([*_facts(self), *_table(self), _verdict(self)])
 
@@ -89,6 +121,13 @@ def inspect_recording(recording: Recording) -> Inspection:
         effort_band=effort,
         cutoff=_suggest(motion, noise_from, rate),
     )
+
+
+def _known(values: Array) -> Any:
+    """An array as nested lists, None for what is not finite."""
+    if values.ndim:
+        return [_known(part) for part in values]
+    return float(values) if np.isfinite(values) else None
 
 
 def _noise(recording: Recording, rate: float, joint: int) -> tuple[float, float, float]:

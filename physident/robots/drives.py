@@ -34,11 +34,13 @@ class JointDynamics:
     ``armature`` [kg m^2|kg], ``damping`` [N m s/rad|N s/m], dry ``friction`` [N m|N], ``stiffness`` [N m/rad|N/m] of a
     spring that is slack at ``spring_position`` [rad|m], and the actuator's ``gear`` [-]: joint torque per actuator force.
     The friction acts against the velocity that the joint would have after ``friction_lead`` [s] at its acceleration, and
-    has its full size where that is above ``friction_width`` [rad/s|m/s].
+    has its full size where that is above ``friction_width`` [rad/s|m/s]. The damping acts against the velocity after
+    ``damping_lead`` [s]: where it is that of a step's end, half a step.
     """
 
     armature: float = 0.0
     damping: float = 0.0
+    damping_lead: float = 0.0
     friction: float = 0.0
     friction_lead: float = 0.0
     friction_width: float = 0.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.robots.urdf import MOVING, Description, UrdfJoint, UrdfLink
 
 Array = NDArray[np.float64]
@@ -78,7 +78,9 @@ def tool_position(
     places = {f.name: f for f in model.frames if f.parentJoint == model.njoints - 1 and f.name in description.links}
     if chosen not in places:
         where = "is not a link" if chosen not in description.links else f"does not move with the last joint, {last!r}"
-        raise InputError(f"{source}: the tool {chosen!r} {where}; expected one of {', '.join(fixed[-8:])}")
+        raise InputError(
+            f"{source}: the tool {chosen!r} {where}; expected one of {', '.join(fixed[-8:])}{did_you_mean(chosen, fixed)}"
+        )
     return places[chosen].placement.translation.copy()
 
 

@@ -107,6 +107,7 @@ def _dynamics(model: Any, joint: int) -> JointDynamics:
     return JointDynamics(
         armature=float(model.dof_armature[dof] + geared),
         damping=float(np.ravel(model.dof_damping[dof])[0] + damped) * _enabled(model, "DAMPER"),
+        damping_lead=_damping_lead(model),
         friction=float(model.dof_frictionloss[dof]) * _enabled(model, "FRICTIONLOSS"),
         friction_lead=lead,
         friction_width=float(model.dof_frictionloss[dof]) * softness * lead,
@@ -114,6 +115,16 @@ def _dynamics(model: Any, joint: int) -> JointDynamics:
         spring_position=float(model.qpos_spring[position]),
         gear=float(model.actuator_gear[actuators[0]][0]) if len(actuators) == 1 else 1.0,
     )
+
+
+def _damping_lead(model: Any) -> float:
+    """Half a step [s] where MuJoCo's integrator takes the damping at the end of a step: its recordings show it so."""
+    import mujoco
+
+    integrator = int(model.opt.integrator)
+    implicit = _enabled(model, "EULERDAMP") if integrator == int(mujoco.mjtIntegrator.mjINT_EULER) else 1.0
+    explicit = integrator == int(mujoco.mjtIntegrator.mjINT_RK4)
+    return 0.0 if explicit else implicit * float(model.opt.timestep) / 2
 
 
 def _friction_softness(model: Any, dof: int) -> tuple[float, float]:

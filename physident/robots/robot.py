@@ -156,6 +156,11 @@ class Robot:
         return np.array([one.damping for one in self.joint_dynamics or ()] or np.zeros(self.n))
 
     @property
+    def damping_lead(self) -> Array:
+        """Time (n,) [s] by which a simulator's damping leads the velocity, zero where none is described."""
+        return np.array([one.damping_lead for one in self.joint_dynamics or ()] or np.zeros(self.n))
+
+    @property
     def spring_stiffness(self) -> Array:
         """Described stiffness (n,) [N m/rad|N/m] of a spring at each joint, zero where none is described."""
         return np.array([one.stiffness for one in self.joint_dynamics or ()] or np.zeros(self.n))

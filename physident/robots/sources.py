@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Literal
 from xml.parsers import expat
 
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 from physident.files import read_text
 from physident.robots.urdf import MAX_BYTES
 
@@ -67,9 +67,10 @@ def find_description(source: str | Path) -> RobotSource:
         if (described := _described(name)) is not None:
             return described
     names, more = ", ".join(BUILT_IN), ", ".join(PACKAGED)
+    near = did_you_mean(name, [*BUILT_IN, *PACKAGED])
     hint = f"; {more}, iiwa14, gen3 and others come with {FROM}: pip install 'physident[robots]'"
     raise InputError(
-        f"robot {name!r} not found: expected a .urdf, .xacro, MuJoCo .xml or DH .toml file, or a built-in name ({names}){hint}"
+        f"robot {name!r} not found: expected a .urdf, .xacro, MuJoCo .xml or DH .toml file, or a built-in name ({names}){hint}{near}"
     )
 
 

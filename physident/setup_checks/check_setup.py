@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from physident.errors import InputError, warn
 from physident.recordings.recording import Recording
@@ -10,10 +11,10 @@ from physident.robots.robot import Robot
 from physident.setup_checks.channel import check_channel
 from physident.setup_checks.finding import SetupFinding
 from physident.setup_checks.gravity import check_gravity, fits_well
-from physident.setup_checks.joint_fit import moments_of
-from physident.setup_checks.order import check_labels, check_order
-from physident.setup_checks.position import check_positions
-from physident.setup_checks.rows import rows_of
+from physident.setup_checks.joint_fit import Moments, moments_of
+from physident.setup_checks.order import TWICE, check_labels, check_order
+from physident.setup_checks.position import check_positions, check_zeros, upside_down_gain
+from physident.setup_checks.rows import Rows, rows_of
 from physident.setup_checks.samples import check_samples
 from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
@@ -56,10 +57,12 @@ def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFi
     if rows is None:
         return
     moments = moments_of(rows)
+    first = check_positions(rows, moments, unit=True) or check_order(rows, moments)
+    zero = None if first is not None else check_zeros(rows, moments)
     first = (
-        check_positions(rows, moments, unit=True)
-        or check_order(rows, moments)
-        or check_labels(rows, moments)
+        first
+        or check_labels(rows, moments, than=0.0 if zero is None else zero[0])
+        or (None if zero is None else _zero_or_upside_down(rows, moments, recordings, *zero))
         or check_positions(rows, moments, unit=False)
         or check_gravity(rows, moments, recordings[0].effort_kind)
     )
@@ -71,3 +74,13 @@ def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFi
         yield channel
     if fits_well(moments) and (delay := check_delay(rows)) is not None:
         yield delay
+
+
+def _zero_or_upside_down(
+    rows: Rows, moments: Moments, recordings: Sequence[Recording], gain: float, zero: SetupFinding
+) -> SetupFinding:
+    """The zero of a joint; an arm that hangs upside down, with the zero as its rival, where both explain the efforts alike."""
+    gravity = check_gravity(rows, moments, recordings[0].effort_kind)
+    if gravity is None or gravity.kind != "gravity_direction" or gain > upside_down_gain(rows, moments) + TWICE:
+        return zero
+    return replace(gravity, rivals=(*gravity.rivals, zero.statement.partition(";")[0]))

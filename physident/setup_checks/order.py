@@ -71,8 +71,9 @@ def check_order(rows: Rows, moments: Moments) -> SetupFinding | None:
     return _finding(best, rivals, shares)
 
 
-def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
-    """The order of joints, positions and efforts alike, with which the description explains the efforts."""
+def check_labels(rows: Rows, moments: Moments, than: float = 0.0) -> SetupFinding | None:
+    """The order of joints, positions and efforts alike, with which the description explains the efforts; None where it gains
+    no more ``than`` another mistake does."""
     n = rows.robot.n
     as_is = own_unexplained(moments)
     found: tuple[float, Order, Moments] | None = None
@@ -82,7 +83,7 @@ def check_labels(rows: Rows, moments: Moments) -> SetupFinding | None:
         gains = _label_gains(moments, other, order, None)
         # friction explains much of any joint: the order shows where inertia and gravity are large
         total, strong = float(gains.sum()), float(gains[relabelled.strong()].sum())
-        if gains.min() > -LOSS and strong > TWICE and total > THRICE and (found is None or total > found[0]):
+        if gains.min() > -LOSS and strong > TWICE and total > max(THRICE, than) and (found is None or total > found[0]):
             found = (total, order, other)
     if found is None:
         return None

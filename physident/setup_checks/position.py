@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from physident.setup_checks.finding import SetupFinding, within
 from physident.setup_checks.jackknife import jackknife
 from physident.setup_checks.joint_fit import CERTAIN, Moments, moments_of, own_unexplained
+from physident.setup_checks.order import LOSS, THRICE, TWICE
 from physident.setup_checks.rows import Rows
 
+# how a joint may stand in a recording and not in the description: direction (1 or -1) and zero [rad]
+PLACES = {
+    "turns the other way than it is described": (-1.0, 0.0),
+    "is recorded 90 degrees below where it is described": (1.0, np.pi / 2),
+    "is recorded 90 degrees above where it is described": (1.0, -np.pi / 2),
+    "is recorded half a turn from where it is described": (1.0, np.pi),
+}
 MARGIN = 0.1  # of a joint's range beyond its limits: limits in descriptions are rounded
 OUTSIDE = 0.05  # of the rows: single rows may be wrong
 FACTORS = np.geomspace(20.0, 200.0, 24)  # gear ratios of arms; degrees are among them
@@ -42,6 +52,55 @@ def check_positions(rows: Rows, moments: Moments, unit: bool) -> SetupFinding | 
         kind = "position_range"
         what = f"the positions of {within(joints, robot.n)} are outside the description's limits: positions of the motors, or another robot"
     return SetupFinding(kind=kind, joints=joints, statement=what, evidence=evidence, void=True)
+
+
+def check_zeros(rows: Rows, moments: Moments) -> tuple[float, SetupFinding] | None:
+    """One joint whose zero or direction, of position and effort alike, is not the description's; with the logarithm of what
+    the description then leaves less of the efforts, a sum over joints. None where none is surely better."""
+    as_is = own_unexplained(moments)
+    found: tuple[float, int, str, Moments] | None = None
+    for j in range(rows.robot.n):
+        for change, (direction, zero) in PLACES.items():
+            other_rows = rows.placed(j, direction, zero)
+            other = moments_of(other_rows)
+            gains = np.log(np.maximum(as_is, CERTAIN) / np.maximum(own_unexplained(other), CERTAIN))
+            strong = gains[other_rows.strong()]
+            if gains.min() > -LOSS and strong.sum() > TWICE and gains.sum() > THRICE:
+                found = (
+                    max(found, (float(gains.sum()), j, change, other), key=lambda f: f[0])
+                    if found
+                    else (float(gains.sum()), j, change, other)
+                )
+    if found is None:
+        return None
+    total, j, change, other = found
+    lasting = [
+        float(
+            np.log(
+                np.maximum(own_unexplained(moments, b), CERTAIN) / np.maximum(own_unexplained(other, b), CERTAIN)
+            ).sum()
+        )
+        for b in range(moments.blocks)
+    ]
+    if min(lasting) < TWICE:
+        return None
+    mean = [100 * float(shares.mean()) for shares in (as_is, own_unexplained(other))]
+    return total, SetupFinding(
+        kind="joint_place",
+        joints=(j + 1,),
+        statement=f"joint {j + 1} {change}; correct its positions, with velocities and efforts where it turns the other way, or the"
+        " description's zero and axis",
+        evidence=f"the description then leaves {mean[1]:.0f} % of the variance instead of {mean[0]:.0f} %, mean over joints",
+        void=True,
+    )
+
+
+def upside_down_gain(rows: Rows, moments: Moments) -> float:
+    """The logarithm of what the description leaves less of the efforts, a sum over joints, if its gravity is turned over."""
+    x, y, z = rows.robot.gravity
+    other = moments_of(replace(rows, robot=replace(rows.robot, gravity=(-x, -y, -z))))
+    before, after = (np.maximum(own_unexplained(one), CERTAIN) for one in (moments, other))
+    return float(np.log(before / after).sum())
 
 
 def _factor(rows: Rows, moments: Moments) -> float | None:

@@ -78,6 +78,16 @@ class Rows:
             self, q=self.q[:, order], v=self.v[:, order], a=self.a[:, order], torque=self.torque[:, order], sign=self.sign[:, order]
         )  # fmt: skip
 
+    def placed(self, joint: int, direction: float, zero: float) -> Rows:
+        """The rows with a joint (from 0) that turns in another ``direction`` (1 or -1) and stands ``zero`` [rad] further on."""
+        factor = np.ones(self.robot.n)
+        factor[joint] = direction
+        q = factor * self.q
+        q[:, joint] += zero
+        return replace(
+            self, q=q, v=factor * self.v, a=factor * self.a, torque=factor * self.torque, sign=factor * self.sign
+        )
+
     def scaled(self, factor: float) -> Rows:
         """The rows with positions in another unit."""
         return replace(self, q=self.q * factor, v=self.v * factor, a=self.a * factor)

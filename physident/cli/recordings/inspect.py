@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from physident.cli.app import app, busy, check_outputs, progress, read_recordings
+from physident.cli.app import app, busy, check_outputs, progress, read_recordings, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
     JointsOption,
+    JsonOption,
     LockOption,
     RateOption,
     Recordings,
@@ -28,7 +29,12 @@ from physident.cli.options import (
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
+    from physident.identifiability.identifiability import Identifiability
+    from physident.identifiability.manipulability import Manipulability
+    from physident.identifiability.visibility import Visibility
+    from physident.recordings.recording import Recording
     from physident.robots.robot import Robot
+    from physident.setup_checks.finding import SetupFinding
 
 MAX_POSES = 2000  # of a recording, evenly spaced: enough to find singularities
 
@@ -54,6 +60,7 @@ def inspect(
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
     plot: Annotated[Path | None, plot_option("motion and effort")] = None,
+    json_out: JsonOption = None,
 ) -> None:
     """Print the content of recordings: clock, ranges, bad rows, rest, agreement of channels, a suitable cutoff.
 
@@ -64,7 +71,7 @@ def inspect(
         raise InputError(
             "--effects needs a robot, expected --robot with a built-in name (ur5, ur10e), a .urdf, a MuJoCo .xml or a .toml"
         )
-    check_outputs([*recordings, robot], plot=plot)
+    check_outputs([*recordings, robot], json_out, plot=plot)
     arm = optional_robot(robot, joints, lock, tool)
     names = None if arm is None else arm.joint_names
     loaded = read_recordings(recordings, layout_of(columns, topic, rate), drive_gains, quiet=True, joints=names)
@@ -74,28 +81,42 @@ def inspect(
 
         plot_recordings(loaded, plot)
     typer.echo("\n\n".join(map(repr, inspections)))
+    result: dict[str, Any] = {"recordings": [one.as_dict() for one in inspections], "set_up": []}
     if any(
         len(one.rest) != 1 or one.rest[0][1] - one.rest[0][0] < 0.95 * one.recording.duration for one in inspections
     ):
-        typer.echo("\n" + _setup(arm, loaded))  # nothing can be said of a static pose
+        findings = _findings(arm, loaded)
+        result["set_up"] = [{"path": path, **finding.as_dict()} for path, finding in findings]
+        typer.echo("\n" + _setup(arm, loaded, findings))  # nothing can be said of a static pose
     if arm is not None:
-        typer.echo("\n" + _manipulability(arm, loaded))
+        measured = _manipulability(arm, loaded)
+        result["manipulability"] = [{"path": path, **found.as_dict()} for path, found in measured]
+        typer.echo("\n" + "\n".join(f"{Path(path).name}: {found!r}" for path, found in measured))
     if effects is not None and arm is not None:
-        typer.echo("\n" + _visibility(arm, effects, loaded, cutoff))
+        seen = _visibility(arm, effects, loaded, cutoff)
+        result["effects"] = seen.as_dict()
+        typer.echo(f"\n{seen!r}")
+    write_result(json_out, "inspection", result)
 
 
-def _setup(arm: Robot | None, recordings: list) -> str:
-    """What is wrong with the set-up: of the recordings themselves, and together against a robot's description."""
+def _findings(arm: Robot | None, recordings: list[Recording]) -> list[tuple[str | None, SetupFinding]]:
+    """What is wrong with the set-up: with the path, of each recording itself; together, against a robot's description."""
     from physident.setup_checks.check_setup import check_setup
 
+    if arm is not None:
+        return [(None, finding) for finding in check_setup(arm, recordings)]
+    return [(recording.source, finding) for recording in recordings for finding in check_setup(None, recording)]
+
+
+def _setup(arm: Robot | None, recordings: list[Recording], findings: list[tuple[str | None, SetupFinding]]) -> str:
+    """The findings of the set-up in words."""
     if arm is None:
-        found = [(recording, finding) for recording in recordings for finding in check_setup(None, recording)]
-        rows = [f"  {Path(recording.source).name}: {finding}" for recording, finding in found]
+        rows = [f"  {Path(path or '').name}: {finding}" for path, finding in findings]
         against = "the recordings themselves; --robot holds them against a description"
     else:
-        findings = check_setup(arm, recordings)
         rows = [
-            f"  {'' if finding.note else 'wrong: ' if finding.void else 'caution: '}{finding}" for finding in findings
+            f"  {'' if finding.note else 'wrong: ' if finding.void else 'caution: '}{finding}"
+            for _, finding in findings
         ]
         against = f"against the description of {arm.name}"
         if any(recording.effort_kind == "current" and recording.drive_gains is None for recording in recordings):
@@ -103,21 +124,23 @@ def _setup(arm: Robot | None, recordings: list) -> str:
     return f"set-up, {against}:" + (" nothing wrong was seen" if not rows else "\n" + "\n".join(rows))
 
 
-def _manipulability(arm: Robot, recordings: list) -> str:
-    """The distance of the recorded poses from a singularity, with a warning where it is small."""
+def _manipulability(arm: Robot, recordings: list[Recording]) -> list[tuple[str, Manipulability]]:
+    """The distance of each recording's poses from a singularity, with a warning where it is small."""
     from physident.identifiability.manipulability import measure_manipulability
 
-    rows = []
+    every_found = []
     for recording in recordings:
         every = max(1, len(recording.q) // MAX_POSES)
         found = measure_manipulability(arm, recording.q[::every])
-        rows.append(f"{Path(recording.source).name}: {found!r}")
+        every_found.append((recording.source, found))
         if found.warning:
             warn(f"{recording.source}: {found.warning}")
-    return "\n".join(rows)
+    return every_found
 
 
-def _visibility(arm: Robot, effects: str, recordings: list, cutoff: float | None) -> str:
+def _visibility(
+    arm: Robot, effects: str, recordings: list[Recording], cutoff: float | None
+) -> Visibility | Identifiability:
     from physident.dynamics.regressor import build_regressor
     from physident.effects.catalogue import make_effects
     from physident.estimation.identify import prepare_moving
@@ -128,6 +151,6 @@ def _visibility(arm: Robot, effects: str, recordings: list, cutoff: float | None
         from physident.identifiability.identifiability import measure_identifiability
 
         with busy("checking every effect"):
-            return repr(measure_identifiability(arm, prepare_moving(arm, recordings, filter), filter))
+            return measure_identifiability(arm, prepare_moving(arm, recordings, filter), filter)
     chosen = make_effects(names_of(effects))
-    return repr(measure_visibility(build_regressor(arm, chosen, prepare_moving(arm, recordings, filter), filter)))
+    return measure_visibility(build_regressor(arm, chosen, prepare_moving(arm, recordings, filter), filter))

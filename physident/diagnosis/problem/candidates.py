@@ -72,7 +72,7 @@ def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[st
     """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain."""
     found = []
     for name, cls in CATALOGUE.items():
-        if cls.detection is not Detection.BY_PLACE:
+        if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):
             continue
         for joints in cls.scope.places(model.robot.n):
             present = _in_model(model, name, joints)

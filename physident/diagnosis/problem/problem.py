@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.baseline_fit import fit_baseline, fit_with_all_candidates
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option, candidate_effects, with_placebos
 from physident.diagnosis.problem.folds import split_into_folds
+from physident.diagnosis.problem.ordinary_model import ordinary_model
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
@@ -131,7 +132,8 @@ def state_problem(
 ) -> DiagnosisProblem:
     """Evaluate every candidate once, weigh the rows and choose the folds."""
     model = given if isinstance(given, Model) else given.model
-    signals = [with_transition(model.robot, model.effects, one) for one in signals]
+    ordinary = ordinary_model(model, signals, filter)
+    signals = [with_transition(model.robot, ordinary.effects, one) for one in signals]
     candidates, effects = _laid_out(model, signals)
     nuisances = offset_of_each_recording(signals) if recording_offsets else []
     first = sum(len(effect.columns(model.robot)) for effect in effects)
@@ -159,11 +161,11 @@ def state_problem(
         problem = replace(problem, signals=tuple(signals), regressor=regressor)
         baseline = problem.freedom.baseline(problem.regressor)
         fit = fit_with_all_candidates(problem.search_data(model), baseline)
-    spread = spread_rows(model.robot, model.effects, signals, filter)
+    spread = spread_rows(model.robot, ordinary.effects, signals, filter)
     known = known_rows(spread)
     trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known))
     fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
-    weights = rest_weights(spread, dry_level(model), fit.residual / known, regressor.counted)
+    weights = rest_weights(spread, dry_level(ordinary), fit.residual / known, regressor.counted)
     problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights))
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual

@@ -49,6 +49,10 @@ def _finding(
     name = accepted[0].candidate.name
     joints = tuple(j for one in accepted for j in one.candidate.joints)
     rivals = _joined([rival.key for check in group for rival in check.rivals])
+    model, places = hypothesis.extension.model, hypothesis.extension.places
+    sentences = [
+        one.effect.in_words(model.robot, model.theta[places[hypothesis.accepted.index(one)]]) for one in accepted
+    ]
     texts = [
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
@@ -63,6 +67,7 @@ def _finding(
         advice=" ".join(filter(None, texts)),
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
+        in_words=" ".join(filter(None, sentences)),
     )
 
 

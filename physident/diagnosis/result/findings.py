@@ -58,7 +58,7 @@ class Finding:
 
     A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error on its joints vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
-    A "hint" made the error of a holdout worse.
+    A "hint" made the error of a holdout worse. ``in_words`` says what its values mean, where numbers with units do not.
     """
 
     effect: str
@@ -73,6 +73,7 @@ class Finding:
     grade: Grade = "cause"
     takes_percent: float | None = None
     leaves_percent: float | None = None
+    in_words: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,9 @@ def _errors(entry: Any, where: str) -> JointErrors:
 def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     """Findings; those of a file from before there were grades are causes."""
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
-        data = [{"grade": "cause", "takes_percent": None, "leaves_percent": None, **one} for one in data]
+        data = [
+            {"grade": "cause", "takes_percent": None, "leaves_percent": None, "in_words": "", **one} for one in data
+        ]
     return READER.read(tuple[Finding, ...], data, where)
 
 

@@ -118,6 +118,7 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
         f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
         f" [{low:.1f}, {high:.1f}]"
     ]
+    rows += [f"   {f.in_words}"] if f.in_words else []
     decided = [v for v in f.parameters if v.std > 0 or v.change != 0]  # the rest is what no motion shows
     shown = decided[: 2 * VALUES]
     texts = [_value(v, len(f.joints) > 1) for v in shown]

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.physical_signs import physical_contradiction
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
-from physident.diagnosis.statistics.left_out_gains import evidence_of
+from physident.diagnosis.statistics.left_out_gains import evidence_of, left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
+from physident.effects.classification import Family
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -67,6 +70,41 @@ def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
         ):
             best = index
     return best
+
+
+def smaller_of_family(rest: Hypothesis, first: AcceptedEffect, threshold: float) -> tuple[AcceptedEffect, ...]:
+    """Effects of the same family that stand in place of ``first``: fewer parameters in all, without a significant loss on
+    left-out rows beside the hypothesis without it; none where there are no such effects.
+
+    A link's inertia also contains what the rotors of several joints add: only together are they as good.
+    """
+    if (
+        first.candidate.size < 3 or first.candidate is CONTACT
+    ):  # nothing is smaller than two parameters but one, which was tried
+        return ()
+    family = first.effect.family
+    weights = rest.with_effect(first.candidate, first.effect).fit.weights
+    cost, now, found, left = left_out_costs(rest, first.candidate, weights), rest, (), first.candidate.size - 1
+    while True:
+        smaller = tuple(c for c in now.data.candidates if _is_smaller(c, family, min(left, first.candidate.size - 1)))
+        if not smaller:
+            return ()
+        data = replace(now.data, candidates=smaller)
+        gains = left_out_gains(data, now.baseline, now.fit, data.response[:, :, None]).evidence[:, 0]
+        best = smaller[int(np.argmax(gains))]
+        if gains.max() < threshold or not is_admissible(now, best):
+            return ()
+        effect = refine_shape(now, best)
+        now, found, left = now.with_effect(best, effect), (*found, AcceptedEffect(best, effect)), left - best.size
+        now = replace(now, data=replace(now.data, candidates=tuple(c for c in now.data.candidates if c is not best)))
+        loss = (left_out_costs(now, None, weights) - cost).sum(axis=1)
+        if loss.sum() < RIVAL_STANDARD_ERRORS * standard_error(loss):
+            return found
+
+
+def _is_smaller(candidate: Candidate, family: Family, size: int) -> bool:
+    effect = candidate.options[0].effect
+    return effect is not None and effect.family is family and candidate.size <= size
 
 
 def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible
+from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible, smaller_of_family
 from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
@@ -44,11 +44,15 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
     for _ in range(ROUNDS):
         accepted, first_of_round, last = _add_while_better(problem, accepted, progress)
         first = first or first_of_round
-        kept = _without_redundant(problem, accepted, last)
+        kept = _with_smaller(problem, _without_redundant(problem, accepted, last), last)
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
         removed = [one for one in accepted if not any(one is other for other in kept)]
-        progress(f"removed {', '.join(map(_placed, removed))}: redundant beside the others")
+        added = [one for one in kept if not any(one is other for other in accepted)]
+        instead = (
+            f"fewer parameters do as well: {', '.join(map(_placed, added))}" if added else "redundant beside the others"
+        )
+        progress(f"removed {', '.join(map(_placed, removed))}: {instead}")
         accepted = kept
     assert first is not None
     assert last is not None
@@ -115,6 +119,19 @@ def _without_redundant(
         gain = _evidence_without_best_fold(hypothesis, one.candidate)
         if not (gain > last.threshold and is_admissible(hypothesis, one.candidate)):
             kept = rest
+    return kept
+
+
+def _with_smaller(
+    problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
+) -> tuple[AcceptedEffect, ...]:
+    """The accepted effects, each in turn replaced by smaller ones of its family where these do as well."""
+    kept = accepted
+    for one in accepted:
+        rest = tuple(a for a in kept if a is not one)
+        hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)
+        if smaller := smaller_of_family(hypothesis, one, last.threshold):
+            kept = (*rest, *smaller)
     return kept
 
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
+from physident.estimation.drive_gains.contradictions import contradictions
 from physident.estimation.drive_gains.equations import GainEquations
 from physident.estimation.identify import prepare_moving
 from physident.estimation.uncertainty import t_quantile
@@ -43,7 +44,8 @@ class DriveGains:
 
     ``gains`` (n,) [N m/A], NaN where they cannot be identified; ``intervals`` (n, 2) cover 95 %; ``covariance`` (n, n) of
     the gains' logarithms, from ``blocks`` blocks. ``load`` (10,) [kg, kg m, kg m^2]: the load in the last link's frame,
-    with the given mass. ``relative`` (n,) [%] of the current that is not explained.
+    with the given mass. ``relative`` (n,) [%] of the current that is not explained. ``warnings`` say why gains and intervals
+    cannot be believed.
     """
 
     method: str
@@ -54,6 +56,7 @@ class DriveGains:
     load: Array
     relative: Array
     recordings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
     @property
     def found(self) -> NDArray[np.bool_]:
@@ -66,16 +69,21 @@ class DriveGains:
         return {
             "method": self.method,
             "gains_Nm_A": [None if math.isnan(gain) else gain for gain, _, _ in rows],
-            "intervals_Nm_A": [i if ok else None for i, ok in zip(self.intervals.tolist(), self.found, strict=True)],
+            "intervals_Nm_A": [
+                i if ok and not self.warnings else None
+                for i, ok in zip(self.intervals.tolist(), self.found, strict=True)
+            ],
             "load_mass_kg": float(self.load[0]),
             "load": dict(zip(PARAMETER_NAMES, self.load.tolist(), strict=True)),
             "unexplained_percent": self.relative.tolist(),
             "blocks": self.blocks,
+            "warnings": list(self.warnings),
             "recordings": list(self.recordings),
         }
 
     def __repr__(self) -> str:
-        rows = [f"drive gains by {self.method}, from a load of {self.load[0]:g} kg; intervals cover 95 %"]
+        title = "intervals withheld" if self.warnings else "intervals cover 95 %"
+        rows = [f"drive gains by {self.method}, from a load of {self.load[0]:g} kg; {title}"]
         rows.append("joint  gain [N m/A]  interval          unexplained current %")
         for j, (gain, (low, high), unexplained) in enumerate(
             zip(self.gains, self.intervals, self.relative, strict=True), 1
@@ -84,9 +92,14 @@ class DriveGains:
                 rows.append(f"{j:5d}  cannot be separated from this joint's parameters")
                 continue
             word = "  vague" if (high - low) / (2 * gain) > VAGUE else ""
-            rows.append(f"{j:5d}  {gain:12.4g}  [{low:.4g}, {high:.4g}]".ljust(40) + f"{unexplained:8.2f}{word}")
+            interval = "" if self.warnings else f"[{low:.4g}, {high:.4g}]"
+            rows.append(
+                f"{j:5d}  {gain:12.4g}  {interval}".ljust(40) + f"{unexplained:8.2f}{'' if self.warnings else word}"
+            )
         if self.method == "ls":
             rows.append("least squares is biased by the noise of the currents: its gains are too small; use tls")
+        if self.warnings:
+            return "\n".join([*rows, f"verdict: doubtful: {'; '.join(self.warnings)}"])
         if self.found.all():
             rows.append(f'for other commands: --drive-gains "{" ".join(f"{g:.4g}" for g in self.gains)}"')
         lost = np.flatnonzero(~self.found) + 1
@@ -163,6 +176,7 @@ def identify_drive_gains(
         load=solution.load,
         relative=equations.unexplained(solution),
         recordings=tuple(recording.source for recording in (*unloaded, *loaded)),
+        warnings=contradictions(equations, solution, [recording.source for recording in recordings]),
     )
 
 
@@ -177,7 +191,9 @@ def _check_mass(robot: Robot, load_mass: float) -> None:
 
 def _check(unloaded: Sequence[Recording], loaded: Sequence[Recording], load_mass: float, method: str) -> None:
     if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown, expected one of {', '.join(METHODS)}")
+        raise InputError(
+            f"method {method!r} is unknown, expected one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}"
+        )
     if not (math.isfinite(load_mass) and load_mass > 0):
         raise InputError(f"load mass is {load_mass} kg, expected a positive number: weigh the load")
     if not unloaded or not loaded:

@@ -57,7 +57,7 @@ class GainEquations:
 
     def __init__(self, regressor: Regressor, base: BaseParameters, loaded: NDArray[np.bool_], mass: float) -> None:
         self.regressor, self.base, self.mass = regressor, base, mass
-        self.carrying = int(np.count_nonzero(loaded))
+        self.carried, self.carrying = loaded, int(np.count_nonzero(loaded))
         self.size = base.r + 9
         load = load_regressor(regressor, regressor.torque, loaded)
         place = np.full(len(regressor.columns), -1)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.effect import Column
-from physident.errors import InputError, warn
+from physident.errors import InputError, did_you_mean, warn
 from physident.json_records import RecordReader
 from physident.robots.inertia import link_parameters, pseudo_inertia
 
@@ -100,7 +100,7 @@ def prior_from_dict(data: dict[str, Any]) -> Prior:
 
 def _prior_class(name: str) -> type[Prior]:
     if name not in PRIORS:
-        raise InputError(f"prior {name!r} is unknown, expected one of {', '.join(PRIORS)}")
+        raise InputError(f"prior {name!r} is unknown, expected one of {', '.join(PRIORS)}{did_you_mean(name, PRIORS)}")
     return PRIORS[name]
 
 

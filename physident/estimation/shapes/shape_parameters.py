@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
-from physident.effects.effect import Effect, ShapeParameter
+from physident.effects.classification import ShapeParameter
+from physident.effects.effect import Effect
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.quick_fit import REFRESHES, SETTLED, quick_fit
 from physident.identifiability.projection import Baseline

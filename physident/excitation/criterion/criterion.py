@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean
 
 Array = NDArray[np.float64]
 FLOOR = 1e-13  # of the largest eigenvalue: smaller ones are rounding
@@ -93,7 +93,9 @@ CRITERIA: dict[str, type[Criterion]] = {c.name: c for c in (Condition, DOptimal,
 def make_criterion(criterion: str) -> Criterion:
     """The criterion with a name of ``CRITERIA``; raises InputError for an unknown name."""
     if criterion not in CRITERIA:
-        raise InputError(f"criterion is {criterion!r}, expected one of {', '.join(CRITERIA)}")
+        raise InputError(
+            f"criterion is {criterion!r}, expected one of {', '.join(CRITERIA)}{did_you_mean(criterion, CRITERIA)}"
+        )
     return CRITERIA[criterion]()
 
 

@@ -79,6 +79,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
+    lines += [finding.in_words, ""] if finding.in_words else []
     if finding.advice:
         lines += [finding.advice, ""]
     return lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from physident.errors import InputError, warn
+from physident.errors import InputError, did_you_mean, warn
 from physident.recordings.channels import printable
 
 MOST_SHOWN = 14  # names in a message: two arms of seven joints
@@ -39,8 +39,9 @@ def joint_order(names: Sequence[str], wanted: Sequence[str], source: str) -> lis
             )
             return [list(names).index(prefixes[0] + ending) for ending in endings]
     missing = [name for name in wanted if name not in names]
+    near = did_you_mean(missing[0], names) if len(missing) < len(wanted) else ""  # all of them: another arm
     raise InputError(
-        f"{source}: has no joint {listed(missing)}; its joints are {listed(names)}; expected"
+        f"{source}: has no joint {listed(missing)}{near}; its joints are {listed(names)}; expected"
         " the robot's joints: choose the description of this arm, or declare the names in the robot's order (columns"
         ' "joints=NAME NAME ...")'
     )

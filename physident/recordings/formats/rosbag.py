@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.errors import InputError
+from physident.errors import InputError, did_you_mean, warn
 from physident.recordings.channels import BadRow, printable
 from physident.recordings.columns.joint_names import joint_order, listed
 from physident.recordings.formats.table import MAX_CELLS, Table
@@ -17,6 +18,7 @@ from physident.recordings.formats.table import MAX_CELLS, Table
 Array = NDArray[np.float64]
 STATE = "sensor_msgs/msg/JointState"
 CHANNELS = ("position", "velocity", "effort")
+MANY = 10  # messages of the same names: beside them, a single one of other names is no second arm and no gripper
 Messages = list[tuple[int, int, Any]]  # number in the topic from 1, time of arrival [ns], the message
 
 
@@ -28,14 +30,15 @@ def read_rosbag(path: Path, topic: str | None = None, wanted_joints: Sequence[st
     must name the same ones. Raises InputError for what is no complete bag, for a topic that is missing or not the only one,
     and for messages without effort.
     """
-    messages = list(_messages(path, topic))
+    broken: list[BadRow] = []
+    messages = _without_strays(list(_messages(path, topic, broken)), broken)
     names = _joints_of(messages, wanted_joints, str(path))
     orders = _orders(messages, names)
     kept = [one for one in messages if tuple(one[2].name) in orders]
     n = len(names)
     values = np.full((len(kept), 1 + 3 * n), np.nan)
     values[:, 0] = _clock(kept)
-    rejected: list[BadRow] = []
+    rejected = broken
     good = np.ones(len(kept), dtype=bool)
     for k, (number, _, message) in enumerate(kept):
         sizes = [len(getattr(message, channel)) for channel in CHANNELS]
@@ -57,13 +60,13 @@ def read_rosbag(path: Path, topic: str | None = None, wanted_joints: Sequence[st
         values[good][:, columns],
         np.array([number for number, _, _ in kept])[good],
         ("time", *(f"{name}_{j}" for name in present for j in range(1, n + 1))),
-        tuple(rejected),
+        tuple(sorted(rejected, key=lambda row: row.row)),
         joints=tuple(map(printable, names)),
     )
 
 
-def _messages(path: Path, topic: str | None) -> Iterator[tuple[int, int, Any]]:
-    """The messages of the topic in order of their arrival."""
+def _messages(path: Path, topic: str | None, broken: list[BadRow]) -> Iterator[tuple[int, int, Any]]:
+    """The messages of the topic in order of their arrival; those whose bytes are no message are added to ``broken``."""
     try:
         from rosbags.rosbag2 import Reader
         from rosbags.typesys import Stores, get_typestore
@@ -75,14 +78,21 @@ def _messages(path: Path, topic: str | None) -> Iterator[tuple[int, int, Any]]:
         raise InputError(f"{path}: its path contains {' '.join(signs)}, which SQLite does not take as it is; rename it")
     # the definition of JointState has not changed since ROS 2 began, so a bag without definitions is read as well
     store = get_typestore(Stores.LATEST)
-    number, numbers = 0, 0
+    number, numbers, announced = 0, 0, 0
     try:
         for part in _parts(path):
             with Reader(part) as reader:
                 chosen = _topic_of(reader.connections, topic, path)
-                for _, arrival, raw in reader.messages([c for c in reader.connections if c.topic == chosen]):
-                    message: Any = store.deserialize_cdr(raw, STATE)
-                    number, numbers = number + 1, numbers + 3 * len(message.name) + 1
+                wanted = [c for c in reader.connections if c.topic == chosen]
+                announced += sum(c.msgcount for c in wanted)
+                for _, arrival, raw in reader.messages(wanted):
+                    number += 1
+                    try:
+                        message: Any = store.deserialize_cdr(raw, STATE)
+                    except Exception as error:  # of as many kinds as there are ways to damage bytes
+                        broken.append(BadRow(number, f"no message of joint states ({_reason(error)})"))
+                        continue
+                    numbers += 3 * len(message.name) + 1
                     if numbers > MAX_CELLS:
                         raise InputError(
                             f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts"
@@ -91,13 +101,34 @@ def _messages(path: Path, topic: str | None) -> Iterator[tuple[int, int, Any]]:
     except InputError:
         raise
     except Exception as error:  # SQLite, MCAP, metadata and messages fail in a dozen kinds for one cause: broken bytes
-        reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
         raise InputError(
-            f"{path}: not a complete ROS 2 bag ({reason}); expected .db3 or .mcap files that were closed: repair it by"
+            f"{path}: not a complete ROS 2 bag ({_reason(error)}); expected .db3 or .mcap files that were closed: repair it by"
             " ros2 bag reindex or mcap recover"
         ) from None
-    if not number:
-        raise InputError(f"{path}: topic {topic or 'of joint states'} has no messages; expected a recording")
+    if number == len(broken):
+        readable = f"{number} messages, none of which can be read ({broken[0].reason})" if broken else "no messages"
+        raise InputError(f"{path}: topic {topic or 'of joint states'} has {readable}; expected a recording")
+    if announced > number:
+        warn(f"{path}: {announced - number} of {announced} messages are missing from the bag: its bytes are damaged")
+
+
+def _reason(error: Exception) -> str:
+    return printable((str(error).splitlines() or [""])[0][:120]) or type(error).__name__
+
+
+def _without_strays(messages: Messages, broken: list[BadRow]) -> Messages:
+    """The messages without those whose list of names no other one has, beside many that agree: their names are damaged."""
+    counts = Counter(tuple(message.name) for _, _, message in messages)
+    most = max(counts.values())
+    strays = {names for names, count in counts.items() if count == 1 and most >= MANY}
+    usual = {name for names in counts if names not in strays for name in names}
+    for number, _, message in messages:
+        if tuple(message.name) in strays:
+            others = [name for name in message.name if name not in usual]
+            broken.append(
+                BadRow(number, f"names joints as no other message does ({listed(others) or 'another order'})")
+            )
+    return [one for one in messages if tuple(one[2].name) not in strays]
 
 
 def _parts(path: Path) -> list[Path]:
@@ -116,7 +147,7 @@ def _topic_of(connections: Sequence[Any], topic: str | None, path: Path) -> str:
     shown = listed(states) or f"none of {STATE}, but {listed(others) or 'no topics at all'}"
     if topic is not None:
         what = f"topic {topic} is not of type {STATE}" if topic in others else f"has no topic {topic}"
-        raise InputError(f"{path}: {what}; its topics of joint states: {shown}")
+        raise InputError(f"{path}: {what}; its topics of joint states: {shown}{did_you_mean(topic, states)}")
     if not states:
         raise InputError(f"{path}: has no topic of type {STATE}, expected one; its topics: {listed(others)}")
     raise InputError(

@@ -32,6 +32,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         "article",
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
+        *([tag("p", f.in_words)] if f.in_words else []),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
         *_parameters(f),
