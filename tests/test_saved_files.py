@@ -74,6 +74,7 @@ def test_diagnosis_file() -> None:
     )  # of a file from before these were known
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
+        assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
     assert again == text
     (finding,) = record.findings
     assert (finding.effect, finding.joints) == ("presliding_hysteresis", (1,))

@@ -27,6 +27,7 @@ from physident.diagnosis.search.forward_search import SearchResult, search_effec
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import check_rivals
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
@@ -120,7 +121,9 @@ def diagnose_motion(
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
     checks = [check_rivals(last, accepted) for accepted in hypothesis.accepted]
-    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents)
+    progress("searching halves of the recordings")
+    trust = trust_in(last, checks)
+    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust)
     extended = None
     if found_effects:
         refitted = extended_estimate(hypothesis, uncertainty, with_torque)
@@ -133,6 +136,7 @@ def diagnose_motion(
         hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
     )
     findings = held_to_unseen(hypothesis, findings, holdout, gains)
+    sure = hypothesis
     if extended is not None and (hints := [finding for finding in findings if finding.grade == "hint"]):
         sure = without(hypothesis, hints)
         extended = (
@@ -141,7 +145,7 @@ def diagnose_motion(
             else None
         )
     causes = any(finding.grade == "cause" for finding in findings)
-    error_before, error_after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
+    error_before, error_after = errors_before_and_after(found.first.hypothesis, sure, extended, holdout)
     return Diagnosis(
         question=question,
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),

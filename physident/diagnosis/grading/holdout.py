@@ -17,6 +17,7 @@ from physident.recordings.recording import Recording
 from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]
+UNSEEN = "not confirmed on unseen data"
 
 
 def held_to_unseen(
@@ -39,7 +40,7 @@ def held_to_unseen(
         index = [j - 1 for j in finding.joints] or list(range(len(whole)))
         other = _errors(rest.extension.model, hypothesis, holdout, drive_gains)
         worse = float(np.sum(whole[index])) > float(np.sum(other[index]))
-        result.append(replace(finding, grade="hint") if worse else finding)
+        result.append(replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if worse else finding)
     return tuple(result)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from physident.diagnosis.result.values import parameter_values
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.effects.catalogue import effect_scope
@@ -26,23 +27,33 @@ SCALED = (
 
 
 def make_findings(
-    hypothesis: Hypothesis, checks: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool = False
+    hypothesis: Hypothesis,
+    checks: Sequence[RivalCheck],
+    uncertainty: Uncertainty,
+    from_currents: bool = False,
+    trust: Mapping[tuple[str, tuple[int, ...]], Trust] | None = None,
 ) -> tuple[Finding, ...]:
     """One finding for each cause, the same effect on several joints joined, in order of left-out gain.
 
-    A payload found ``from_currents`` says what its mass depends on.
+    A payload found ``from_currents`` says what its mass depends on. Joints whose ``trust`` has doubts are a finding of their
+    own, so that they take nothing from the others.
     """
+    trust = trust or {}
     groups: dict[object, list[RivalCheck]] = {}
     for check in checks:
-        name = check.accepted.candidate.name
+        name, doubtful = check.accepted.candidate.name, bool(trust.get(check.accepted.candidate.key, Trust()).doubts)
         key = name if effect_scope(name).joins_joints else check.accepted.candidate.key
-        groups.setdefault((key, getattr(check.accepted.effect, "recording", "")), []).append(check)
-    found = [_finding(hypothesis, group, uncertainty, from_currents) for group in groups.values()]
+        groups.setdefault((key, doubtful, getattr(check.accepted.effect, "recording", "")), []).append(check)
+    found = [_finding(hypothesis, group, uncertainty, from_currents, trust) for group in groups.values()]
     return tuple(sorted(found, key=lambda finding: -finding.evidence))
 
 
 def _finding(
-    hypothesis: Hypothesis, group: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool
+    hypothesis: Hypothesis,
+    group: Sequence[RivalCheck],
+    uncertainty: Uncertainty,
+    from_currents: bool,
+    trust: Mapping[tuple[str, tuple[int, ...]], Trust],
 ) -> Finding:
     group = sorted(group, key=lambda check: check.accepted.candidate.joints)
     accepted = [check.accepted for check in group]
@@ -53,6 +64,8 @@ def _finding(
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
     ]
+    known = [trust.get(one.candidate.key, Trust()) for one in accepted]
+    shares = [one.stability for one in known if one.stability is not None]
     return Finding(
         effect=name,
         joints=joints,
@@ -63,6 +76,8 @@ def _finding(
         advice=" ".join(filter(None, texts)),
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
+        stability=min(shares) if shares else None,
+        doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),
     )
 
 

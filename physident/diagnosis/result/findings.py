@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 UnseenReason = Literal["shows no torque", "inside what the baseline may take up", "of a joint that does not move"]
 Role = Literal["diagnosed", "holdout"]
 Grade = Literal["cause", "contribution", "hint"]
+SEARCHES = 20  # on halves: a share is then known to a tenth
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
 
@@ -58,7 +59,10 @@ class Finding:
 
     A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error on its joints vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
-    A "hint" made the error of a holdout worse.
+    A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings, or it is not stable.
+    ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
+    where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
+    what the finding shows.
     """
 
     effect: str
@@ -73,6 +77,9 @@ class Finding:
     grade: Grade = "cause"
     takes_percent: float | None = None
     leaves_percent: float | None = None
+    stability: float | None = None
+    doubts: tuple[str, ...] = ()
+    confounder: str = ""
 
 
 @dataclass(frozen=True, eq=False)

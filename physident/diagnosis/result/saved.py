@@ -20,6 +20,14 @@ from physident.files import naming, read_json
 from physident.json_records import RecordReader
 from physident.recordings.signals import Filter
 
+EARLIER = {  # what findings of earlier versions did not have
+    "grade": "cause",
+    "takes_percent": None,
+    "leaves_percent": None,
+    "stability": None,
+    "doubts": [],
+    "confounder": "",
+}
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file
 EXPECTED = "a diagnosis of motions that physident diagnose --json wrote"
@@ -78,7 +86,7 @@ def _errors(entry: Any, where: str) -> JointErrors:
 def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     """Findings; those of a file from before there were grades are causes."""
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
-        data = [{"grade": "cause", "takes_percent": None, "leaves_percent": None, **one} for one in data]
+        data = [{**EARLIER, **one} for one in data]
     return READER.read(tuple[Finding, ...], data, where)
 
 

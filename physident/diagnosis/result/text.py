@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
+from physident.diagnosis.result.wording import searches_in_words
 from physident.effects.catalogue import effect_scope
 
 ASKED = {
@@ -65,10 +66,11 @@ def _answer(d: DiagnosisRecord) -> str:
 def _minor(d: DiagnosisRecord) -> list[str]:
     """What was found and is no cause, one line each; and what a change could not be held against."""
     rows = []
-    for grade, label in (("contribution", "contribution"), ("hint", "hint, not confirmed on unseen data")):
+    for grade in ("contribution", "hint"):
         for f in (f for f in d.findings if f.grade == grade):
+            doubts = "".join(f"; {doubt}" for doubt in f.doubts)
             rows.append(
-                f"{label}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}"
+                f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{doubts}"
             )
     rows += [
         f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
@@ -134,8 +136,9 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
         rows.append(
             f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these recordings cannot separate them"
         )
-    if f.advice:
-        rows.append(f"   {f.advice}")
+    if f.stability is not None:
+        rows.append(f"   {searches_in_words(f.stability)}")
+    rows += [f"   {text}" for text in (f.confounder, f.advice) if text]
     return rows
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from physident.diagnosis.problem.question import Question
-from physident.diagnosis.result.findings import Finding, Verdict
+from physident.diagnosis.result.findings import SEARCHES, Finding, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
 FOUND = {
@@ -41,6 +41,11 @@ def cause(effect: str, joints: Sequence[int]) -> str:
         return effect_label(effect)
     noun = effect_scope(effect).noun
     return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+
+
+def searches_in_words(stability: float) -> str:
+    """How many of the searches on halves of the recordings found something, from their share."""
+    return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"
 
 
 def numbered(joints: Sequence[int]) -> str:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible
-from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
+from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible, is_beyond_doubt
+from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
@@ -85,7 +85,9 @@ def _add_while_better(
         accepted = (*accepted, chosen)
         progress(f"added {_placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
-        scores = score_candidates(hypothesis)
+        scores = rescore_candidates(hypothesis, scores)
+        if not is_beyond_doubt(scores):
+            scores = score_candidates(hypothesis)
     return accepted, first, scores
 
 

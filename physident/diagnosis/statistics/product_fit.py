@@ -1,0 +1,91 @@
+"""The joint fit of a model and some effects, from stored products alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.baseline_fit import SETTLED, Fit
+from physident.diagnosis.search.hypothesis import Hypothesis, prior_precision
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
+from physident.effects.effect import Effect
+
+Array = NDArray[np.float64]
+Columns = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """An effect beside the model, and its columns among the stored ones."""
+
+    key: Key
+    effect: Effect
+    columns: Columns
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ProductFit:
+    """The columns ``active`` that are fitted to the ``response`` over some rows, with their ``prior`` precision.
+
+    ``memory`` (n,) says how many correlated rows are worth one, ``rows`` (n,) how many there are, ``start`` (n,) [N m|N]
+    where the noise is looked for first.
+    """
+
+    products: Products
+    active: Columns
+    prior: Array
+    response: int
+    memory: Array
+    rows: Array
+    start: Array | None = None
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The fit, its rows weighted as in ``fit_baseline``; residuals row by row are not kept."""
+        every = np.append(self.active, self.response)
+        each = self.products.each(every, every)
+        H, slope, size = each[:, :-1, :-1], each[:, :-1, -1], each[:, -1, -1]
+        sigma = np.sqrt(np.maximum(size, 1e-300) / self.rows) if self.start is None else self.start
+        while True:
+            weights = 1 / (sigma * np.sqrt(self.memory))
+            information = np.tensordot(weights**2, H, 1)
+            normal = information + np.diag(self.prior)
+            inverse = pseudo_inverse(normal)
+            x = inverse @ np.tensordot(weights**2, slope, 1)
+            left = size - 2 * slope @ x + np.einsum("r,jrs,s->j", x, H, x)
+            decided = float(np.sum(inverse * information))
+            free = np.maximum(self.rows - decided / len(self.rows), self.rows / 2)
+            after = np.sqrt(np.maximum(left, 1e-18 * np.maximum(size, 1e-300)) / free)
+            if (after >= SETTLED * sigma).all():
+                break
+            sigma = np.minimum(after, sigma)
+        empty = np.zeros((0, len(self.rows)))
+        return Fit(
+            x=x, residual=empty, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal
+        )
+
+
+def fit_chosen(
+    stored: StoredProducts,
+    products: Products,
+    chosen: Sequence[Chosen],
+    whole: Hypothesis,
+    start: Array | None = None,
+) -> ProductFit:
+    """The model of a hypothesis' problem with some effects, fitted to the rows of ``products``."""
+    active = np.concatenate([np.arange(stored.baseline), *(c.columns for c in chosen)]).astype(np.intp)
+    extra = [np.full(len(c.columns), prior_precision(c.effect)) for c in chosen]
+    return ProductFit(
+        products=products,
+        active=active,
+        prior=np.concatenate([whole.problem.freedom.prior, *extra]),
+        response=stored.response,
+        memory=whole.fit.memory,
+        rows=products.worth * whole.fit.memory,
+        start=start,
+    )
