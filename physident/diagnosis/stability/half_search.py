@@ -16,10 +16,8 @@ from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
-from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, fit_chosen
+from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
-from physident.effects.effect import Effect
-from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
@@ -70,7 +68,7 @@ def _next(
 ) -> Chosen | None:
     """The effect of the largest left-out gain that beats chance, is of use, and is physically possible."""
     taken = {c.key for c in chosen}
-    leaders = _leaders(stored, state, taken)
+    leaders = best_alone(stored, state, COMPARED, taken)
     if not leaders:
         return None
     before, gain = _left_out(folds, state, [c.columns for c in leaders])
@@ -88,37 +86,6 @@ def _next(
         if least[i, 0] > threshold and useful and _is_possible(stored, state, chosen, leaders[i], whole):
             return leaders[i]
     return None
-
-
-def _leaders(stored: StoredProducts, state: ProductFit, taken: set[Key]) -> list[Chosen]:
-    """The candidates of the largest gain on all rows of the half, each with its best option."""
-    fit, products, squares = state.fit, state.products, state.fit.weights**2
-    inverse = pseudo_inverse(fit.normal)
-    found: dict[Key, tuple[float, Effect, Columns]] = {}
-    groups: dict[int, list[tuple[Key, Effect, Columns]]] = {}
-    for key, options in stored.options.items():
-        if key not in taken:
-            for effect, columns in options:
-                groups.setdefault(len(columns), []).append((key, effect, columns))
-    for group in groups.values():
-        columns = np.array([one[2] for one in group])
-        flat = columns.ravel()
-        BC = products.weighted(squares, state.active, flat)
-        Z = (inverse @ BC).reshape(len(inverse), *columns.shape)
-        BC = BC.reshape(Z.shape)
-        CC = products.own(squares, columns)
-        outside = CC - np.einsum("rok,rol->okl", Z, BC)
-        y = products.weighted(squares, np.array([state.response]), flat)[0].reshape(columns.shape)
-        slope = y - np.einsum("rok,r->ok", BC, fit.x)
-        root = whitening(CC, outside)
-        seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
-        size = np.trace(CC, axis1=1, axis2=2)
-        seen[np.trace(outside, axis1=1, axis2=2) < VISIBLE * size] = 0.0
-        for (key, effect, own), value in zip(group, seen, strict=True):
-            if value > found.get(key, (0.0,))[0]:
-                found[key] = (float(value), effect, own)
-    best = sorted(found.items(), key=lambda one: -one[1][0])[:COMPARED]
-    return [Chosen(key, effect, columns) for key, (_, effect, columns) in best]
 
 
 def _left_out(folds: Sequence[Products], state: ProductFit, options: Sequence[Columns]) -> tuple[Array, Array]:

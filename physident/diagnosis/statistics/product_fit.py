@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import SETTLED, Fit
 from physident.diagnosis.search.hypothesis import Hypothesis, prior_precision
-from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
 from physident.effects.effect import Effect
+from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
@@ -89,3 +90,35 @@ def fit_chosen(
         rows=products.worth * whole.fit.memory,
         start=start,
     )
+
+
+def best_alone(stored: StoredProducts, state: ProductFit, count: int, taken: Collection[Key] = ()) -> list[Chosen]:
+    """The ``count`` candidates of the largest gain beside a fit on its own rows, each with its best option, without those that
+    are ``taken`` and those that lie inside the fit."""
+    fit, products, squares = state.fit, state.products, state.fit.weights**2
+    inverse = pseudo_inverse(fit.normal)
+    found: dict[Key, tuple[float, Effect, Columns]] = {}
+    groups: dict[int, list[tuple[Key, Effect, Columns]]] = {}
+    for key, options in stored.options.items():
+        if key not in taken:
+            for effect, columns in options:
+                groups.setdefault(len(columns), []).append((key, effect, columns))
+    for group in groups.values():
+        columns = np.array([one[2] for one in group])
+        flat = columns.ravel()
+        BC = products.weighted(squares, state.active, flat)
+        Z = (inverse @ BC).reshape(len(inverse), *columns.shape)
+        BC = BC.reshape(Z.shape)
+        CC = products.own(squares, columns)
+        outside = CC - np.einsum("rok,rol->okl", Z, BC)
+        y = products.weighted(squares, np.array([state.response]), flat)[0].reshape(columns.shape)
+        slope = y - np.einsum("rok,r->ok", BC, fit.x)
+        root = whitening(CC, outside)
+        seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
+        size = np.trace(CC, axis1=1, axis2=2)
+        seen[np.trace(outside, axis1=1, axis2=2) < VISIBLE * size] = 0.0
+        for (key, effect, own), value in zip(group, seen, strict=True):
+            if value > found.get(key, (0.0,))[0]:
+                found[key] = (float(value), effect, own)
+    best = sorted(found.items(), key=lambda one: -one[1][0])[:count]
+    return [Chosen(key, effect, columns) for key, (_, effect, columns) in best]
