@@ -55,9 +55,9 @@ def changed_since(
     problem, model = hypothesis.problem, hypothesis.extension.model
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
     common = find_base_parameters(model.robot, model.effects).independent
-    places = [np.concatenate([hypothesis.extension.places[i] for i in group]) for group in groups]
-    free = np.concatenate(places)
-    size = len(common) + len(free)
+    found = [[_direction(hypothesis, i) for i in group] for group in groups]
+    free = np.column_stack([direction for group in found for direction in group])
+    size = len(common) + free.shape[1]
     H, g, scores = np.zeros((size, size)), np.zeros(size), []
     for j in range(model.robot.n):
         parts = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
@@ -72,7 +72,18 @@ def changed_since(
     meat = _meat(scores, x, labels)
     covariance = inverse @ (meat + memory * H) @ inverse
     blocks = int(labels.max()) + 1
-    return tuple(_differs(x, covariance, at, blocks) for at in _split(len(common), places))
+    return tuple(_differs(x, covariance, at, blocks) for at in _split(len(common), [len(group) for group in found]))
+
+
+def _direction(hypothesis: Hypothesis, i: int) -> Array:
+    """The values of an accepted effect as a direction (p,) of the extended model's parameters.
+
+    What is tested is by how much of itself an effect differs: one number, which a few blocks can decide where they leave the ten
+    of a payload open.
+    """
+    direction = np.zeros(len(hypothesis.extension.model.theta))
+    direction[hypothesis.extension.places[i]] = hypothesis.effect_values[i]
+    return direction
 
 
 def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
@@ -82,11 +93,12 @@ def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor
     return weight_rows(regressor, weights)
 
 
-def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: NDArray[np.intp], new: bool) -> tuple[Array, Array]:
-    """Columns (M, common + free) and torque (M,) of one joint; the free ones count in the new recordings only."""
+def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: Array, new: bool) -> tuple[Array, Array]:
+    """Columns (M, common + k) and torque (M,) of one joint; those of the directions ``free`` (p, k) count in the new
+    recordings only."""
     dense = np.zeros((len(rows.time), len(rows.columns)))
     dense[:, rows.joints[j].columns] = rows.joints[j].values
-    return np.column_stack([dense[:, common], dense[:, free] * new]), rows.torque[:, j]
+    return np.column_stack([dense[:, common], dense @ free * new]), rows.torque[:, j]
 
 
 def _size(columns: Array, torque: Array) -> float:
@@ -127,9 +139,9 @@ def _meat(scores: Sequence[tuple[Array, Array]], x: Array, labels: NDArray[np.in
     return gradient.T @ gradient * blocks / max(blocks - 1, 1)
 
 
-def _split(first: int, places: Sequence[NDArray[np.intp]]) -> list[NDArray[np.intp]]:
-    ends = first + np.cumsum([len(p) for p in places])
-    return [np.arange(end - len(p), end) for end, p in zip(ends, places, strict=True)]
+def _split(first: int, sizes: Sequence[int]) -> list[NDArray[np.intp]]:
+    ends = first + np.cumsum(sizes)
+    return [np.arange(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
 def _differs(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> bool:

@@ -37,7 +37,7 @@ class DiagnosisProblem:
 
     ``given`` is the model as it came. Rows of ``regressor`` are multiplied by ``weights`` (M, n); ``fold`` (M,) says which
     rows are left out together, ``memory`` (n,) how many correlated rows are worth one. ``recording_offsets``: whether each
-    recording has a constant torque that is refitted and never named.
+    recording has a constant torque that is refitted and never named. ``barred`` candidates, by name and joints, are not searched.
     """
 
     question: Question
@@ -52,6 +52,7 @@ class DiagnosisProblem:
     memory: Array
     weights: Array
     recording_offsets: bool = False
+    barred: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
     evaluated: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns, once each
     by_model: list[tuple[Model, list[Signals]]] = field(default_factory=list)  # signals as the latest models see them
 

@@ -73,8 +73,7 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
 
 def _without(problem: DiagnosisProblem, replaced: Sequence[AcceptedEffect]) -> DiagnosisProblem:
     """The problem without the candidates that one for many has replaced, or the search would find them again."""
-    keys = {one.candidate.key for one in replaced}
-    return replace(problem, candidates=tuple(c for c in problem.candidates if c.key not in keys))
+    return replace(problem, barred=problem.barred | {one.candidate.key for one in replaced})
 
 
 def _count(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int:

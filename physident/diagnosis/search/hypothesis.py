@@ -136,8 +136,8 @@ def state_hypothesis(
     """
     data = problem.search_data(model) if data is None else data
     candidates = {c.key: c for c in (*problem.candidates, *(c for c in data.candidates if c.placebo))}
-    for one in accepted:
-        candidates.pop(one.candidate.key, None)
+    for key in (*problem.barred, *(one.candidate.key for one in accepted)):
+        candidates.pop(key, None)
     contacts = [one.effect for one in accepted if isinstance(one.effect, Contact)]
     data = replace(data, candidates=tuple(candidates.values()), fold=_without_contacts(problem, contacts))
     baseline = problem.freedom.baseline(data.regressor)

@@ -14,15 +14,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
-from physident.diagnosis.search.acceptance import is_admissible
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.search.acceptance import is_admissible, is_as_good
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts, store_products
-from physident.estimation.uncertainty import correlation_rows
 
 Array = NDArray[np.float64]
 TRIED = 24  # candidates: one that stands for a patchwork is among those that explain most alone
@@ -57,7 +58,7 @@ def find_replacement(hypothesis: Hypothesis, kept: Sequence[AcceptedEffect] = ()
         rest = [a for a in hypothesis.accepted if a.candidate.key not in gone]
         beside = state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
         (candidate,) = (c for c in beside.data.candidates if c.key == new.key)
-        if is_admissible(beside, candidate):
+        if is_admissible(beside, candidate) and (len(gone) > 1 or _is_as_good(hypothesis, beside, candidate)):
             replaces = tuple(a for a in hypothesis.accepted if a.candidate.key in gone)
             return Replacement(
                 accepted=(*rest, AcceptedEffect(candidate, refine_shape(beside, candidate))), replaces=replaces
@@ -69,14 +70,12 @@ def find_replacement(hypothesis: Hypothesis, kept: Sequence[AcceptedEffect] = ()
 class _Length:
     """The description length of the data beside the ``present`` effects: N log of what is left, and the price of numbers.
 
-    ``independent`` (n,) rows are counted by the memory of what the final model leaves: where it is wrong, long stretches say
-    the same. A number costs the logarithm of these (Schwarz, 1978), a place twice that of how many there are to choose from.
+    A number costs the logarithm of the independent rows (Schwarz, 1978), a place twice that of how many there are to choose from.
     """
 
     whole: Hypothesis
     stored: StoredProducts
     products: Products
-    independent: Array
     present: tuple[Chosen, ...]
     numbers: dict[Key, int]
 
@@ -91,7 +90,7 @@ class _Length:
 
     def cost(self, numbers: int) -> float:
         """What an effect of so many numbers must explain to be worth them."""
-        return numbers * float(np.log(max(self.independent.mean(), 2.0))) + 2 * float(np.log(len(self.stored.options)))
+        return numbers * float(np.log(max(self.products.worth.mean(), 2.0))) + 2 * float(np.log(len(self.stored.options)))
 
     def unmoved(self, movable: Collection[Key]) -> list[Chosen]:
         """The present effects without those that may be replaced."""
@@ -103,31 +102,34 @@ class _Length:
 
     def left(self, fit: ProductFit) -> float:
         """Twice the negative log likelihood of what a fit leaves."""
-        return float(np.sum(self.independent * 2 * np.log(fit.fit.sigma)))
+        return float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
 
     def losses(self, chosen: Sequence[Chosen], fit: ProductFit) -> dict[Key, float]:
         """What would be lost without each of some effects, to second order: its value in units of its covariance."""
-        inverse, at, result = pseudo_inverse(fit.fit.normal), self.stored.baseline, {}
-        scale = float(np.min(self.independent / np.maximum(self.products.worth, 1e-300)))
+        inverse, at, result = pseudo_inverse(fit.fit.normal), self.stored.baseline, dict[Key, float]()
         for one in chosen:
             mine = slice(at, at + len(one.columns))
             x, at = fit.fit.x[mine], mine.stop
-            result[one.key] = scale * float(x @ pseudo_inverse(inverse[mine, mine]) @ x)
+            result[one.key] = float(x @ pseudo_inverse(inverse[mine, mine]) @ x)
         return result
 
 
 def _length(hypothesis: Hypothesis, present: Sequence[AcceptedEffect]) -> _Length:
     stored = store_products(hypothesis)
-    products = stored.over(range(stored.units))
-    memory = np.maximum(correlation_rows(hypothesis.data.regressor, hypothesis.fit.residual), hypothesis.fit.memory)
     return _Length(
         whole=hypothesis,
         stored=stored,
-        products=products,
-        independent=products.worth * hypothesis.fit.memory / memory,
+        products=stored.over(range(stored.units)),
         present=tuple(Chosen(a.candidate.key, *stored.options[a.candidate.key][0]) for a in present),
         numbers={a.candidate.key: a.candidate.size for a in present},
     )
+
+
+def _is_as_good(before: Hypothesis, beside: Hypothesis, candidate: Candidate) -> bool:
+    """Whether left-out rows do not object to one candidate in the place of one effect of more numbers."""
+    labels = blocks(before.data, float(before.fit.memory.max()))
+    cost = block_costs(before.left_out_fits.residual(), before.fit.weights, labels)
+    return is_as_good(beside, candidate, cost, before.fit.weights)
 
 
 def _shortest(length: _Length, new: Chosen, movable: Collection[Key]) -> tuple[float, set[Key]]:
