@@ -10,7 +10,7 @@ import numpy as np
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.control import changed_since, control_recordings
-from physident.diagnosis.grading.grades import expected_error, graded
+from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
 from physident.diagnosis.grading.members import members
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
@@ -136,6 +136,7 @@ def diagnose_motion(
         hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
     )
     findings = held_to_unseen(hypothesis, findings, holdout, gains)
+    findings = single_cause(findings) if found.overfull else findings
     sure = hypothesis
     if extended is not None and (hints := [finding for finding in findings if finding.grade == "hint"]):
         sure = without(hypothesis, hints)
@@ -151,6 +152,7 @@ def diagnose_motion(
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
         findings=findings,
         missing_since_before=since_before,
+        wrong_baseline=_joints_of(hypothesis) if found.overfull else (),
         controlled=bool(control) if question == "different" else None,
         before=error_before,
         after=error_after,
@@ -226,6 +228,12 @@ def _held_against(
     groups = [members(hypothesis, finding) for finding in tested]
     alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, groups), strict=True) if not new}
     return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
+
+
+def _joints_of(hypothesis: Hypothesis) -> tuple[int, ...]:
+    """The joints (from 1) that the accepted effects act on; all, where they name none."""
+    named = {joint for one in hypothesis.accepted for joint in one.candidate.joints}
+    return tuple(sorted(named or range(1, hypothesis.problem.model.robot.n + 1)))
 
 
 def _verdict(found: bool, structured: bool) -> Verdict:

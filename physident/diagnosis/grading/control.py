@@ -51,7 +51,12 @@ def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
 def changed_since(
     hypothesis: Hypothesis, control: Sequence[Signals], groups: Sequence[Sequence[int]]
 ) -> tuple[bool, ...]:
-    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control."""
+    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control.
+
+    The group whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
+    are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
+    have go first, because a value that changed is a shorter story than an effect that appeared.
+    """
     problem, model = hypothesis.problem, hypothesis.extension.model
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
     common = find_base_parameters(model.robot, model.effects).independent
@@ -66,13 +71,26 @@ def changed_since(
         H += columns.T @ columns / sigma**2
         g += columns.T @ torque / sigma**2
         scores.append((columns / sigma, torque / sigma))
-    inverse = pseudo_inverse(H)
-    x = inverse @ g
-    labels, memory = _blocks(before, after, x, scores)
-    meat = _meat(scores, x, labels)
-    covariance = inverse @ (meat + memory * H) @ inverse
-    blocks = int(labels.max()) + 1
-    return tuple(_differs(x, covariance, at, blocks) for at in _split(len(common), [len(group) for group in found]))
+    labels, memory = _blocks(before, after, pseudo_inverse(H) @ g, scores)
+    known = set(range(len(problem.model.theta)))
+    new = {
+        k
+        for k, group in enumerate(groups)
+        if not any(known & {*hypothesis.extension.places[i].tolist()} for i in group)
+    }
+    places = dict(enumerate(_split(len(common), [len(group) for group in found])))
+    while places:
+        kept = np.concatenate([np.arange(len(common)), *places.values()])
+        inverse = np.zeros_like(H)
+        inverse[np.ix_(kept, kept)] = pseudo_inverse(H[np.ix_(kept, kept)])
+        x = inverse @ g
+        covariance = inverse @ (_meat(scores, x, labels) + memory * H) @ inverse
+        chance = {i: _chance(x, covariance, at, int(labels.max()) + 1) for i, at in places.items()}
+        doubtful = [i for i in places if chance[i] >= CERTAIN]
+        if not doubtful:
+            break
+        del places[max(doubtful, key=lambda i: (i in new, chance[i]))]
+    return tuple(i in places for i in range(len(groups)))
 
 
 def _direction(hypothesis: Hypothesis, i: int) -> Array:
@@ -144,12 +162,13 @@ def _split(first: int, sizes: Sequence[int]) -> list[NDArray[np.intp]]:
     return [np.arange(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
-def _differs(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> bool:
-    """Hotelling's test of the differences at some places of x, with as much freedom as there are blocks."""
+def _chance(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> float:
+    """How often noise alone makes differences as large as those at some places of x, by Hotelling's test with as much freedom
+    as there are blocks; always, where there are too few."""
     from scipy.stats import f
 
     k = len(at)
     if blocks <= k + 1:
-        return False
+        return 1.0
     T2 = float(x[at] @ pseudo_inverse(covariance[np.ix_(at, at)]) @ x[at])
-    return bool(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k) < CERTAIN)
+    return float(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k))

@@ -41,6 +41,15 @@ def graded(hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array)
     return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
 
 
+def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """The findings of a search that was stopped: the first cause stays one, contacts too, and all others are contributions."""
+    best = next((f for f in findings if f.grade == "cause" and not f.intervals), None)
+    return tuple(
+        replace(f, grade="contribution") if f.grade == "cause" and f is not best and not f.intervals else f
+        for f in findings
+    )
+
+
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Finding:
     index = [j - 1 for j in finding.joints] or list(range(len(expected)))
     weights = 1 / hypothesis.fit.sigma[index] ** 2

@@ -66,6 +66,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
         missing_since_before=_findings(data.get("missing_since_before", []), "missing_since_before"),
+        wrong_baseline=READER.read(tuple[int, ...], data.get("wrong_baseline", []), "wrong_baseline"),
         controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
@@ -109,7 +110,9 @@ def _check(c: DiagnosisRecord) -> None:
         if effect not in CATALOGUE:
             raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
     joints = [j for one in (*named_effects, *c.unseen) for j in one.joints]
-    if wrong := [j for j in (*joints, *c.incomplete, *(r.joint for r in c.unexplained)) if not 1 <= j <= n]:
+    if wrong := [
+        j for j in (*joints, *c.incomplete, *c.wrong_baseline, *(r.joint for r in c.unexplained)) if not 1 <= j <= n
+    ]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
     carried = [f for f in named_effects if f.grade != "hint"]

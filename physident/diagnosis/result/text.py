@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import searches_in_words
+from physident.diagnosis.result.wording import searches_in_words, wrong_baseline_sentence
 from physident.effects.catalogue import effect_scope
 
 ASKED = {
@@ -33,6 +33,8 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     rows += _levels(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
+    if d.wrong_baseline:
+        rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes)]
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]

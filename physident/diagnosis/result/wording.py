@@ -43,6 +43,22 @@ def cause(effect: str, joints: Sequence[int]) -> str:
     return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
+def wrong_baseline_sentence(question: Question, joints: Sequence[int], causes: Sequence[Finding]) -> str:
+    """What to do where a search was stopped because it found more than a handful."""
+    first = {
+        "different": "first ask what is missing, on the recordings that the model was fitted to, or record better",
+        "missing": "record a richer motion or better signals",
+        "nominal": "first identify the model from recordings",
+    }[question]
+    best = (
+        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        if causes
+        else "no single cause stands out"
+    )
+    where = f"on joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+    return f"The baseline is wrong {where}, and a longer list of causes would prove nothing: {first}; {best}."
+
+
 def searches_in_words(stability: float) -> str:
     """How many of the searches on halves of the recordings found something, from their share."""
     return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"

@@ -90,7 +90,9 @@ class _Length:
 
     def cost(self, numbers: int) -> float:
         """What an effect of so many numbers must explain to be worth them."""
-        return numbers * float(np.log(max(self.products.worth.mean(), 2.0))) + 2 * float(np.log(len(self.stored.options)))
+        return numbers * float(np.log(max(self.products.worth.mean(), 2.0))) + 2 * float(
+            np.log(len(self.stored.options))
+        )
 
     def unmoved(self, movable: Collection[Key]) -> list[Chosen]:
         """The present effects without those that may be replaced."""
