@@ -26,6 +26,7 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import check_rivals
+from physident.diagnosis.search.same_torque import same_torque
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
@@ -120,9 +121,10 @@ def diagnose_motion(
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
-    checks = [check_rivals(last, accepted) for accepted in hypothesis.accepted]
+    same = same_torque(hypothesis)
+    checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     progress("searching halves of the recordings")
-    trust = trust_in(last, checks)
+    trust = trust_in(found.first, last, checks)
     found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust)
     extended = None
     if found_effects:

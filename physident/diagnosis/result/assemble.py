@@ -59,7 +59,7 @@ def _finding(
     accepted = [check.accepted for check in group]
     name = accepted[0].candidate.name
     joints = tuple(j for one in accepted for j in one.candidate.joints)
-    rivals = _joined([rival.key for check in group for rival in check.rivals])
+    rivals = _joined([(r.key, r in check.same) for check in group for r in (*check.rivals, *check.same)])
     texts = [
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
@@ -81,12 +81,16 @@ def _finding(
     )
 
 
-def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
-    """Rivals of one name joined over joints."""
+def _joined(rivals: Sequence[tuple[tuple[str, tuple[int, ...]], bool]]) -> tuple[Rival, ...]:
+    """Rivals of one name, given with their joints and whether they are inseparable, joined over joints."""
     found: dict[tuple[str, tuple[int, ...]], set[int]] = {}
-    for name, joints in keys:
-        found.setdefault((name, () if effect_scope(name).joins_joints else joints), set()).update(joints)
-    return tuple(Rival(name, tuple(sorted(joints))) for (name, _), joints in found.items())
+    separable = set()
+    for (name, joints), inseparable in rivals:
+        key = (name, () if effect_scope(name).joins_joints else joints)
+        found.setdefault(key, set()).update(joints)
+        if not inseparable:
+            separable.add(key)
+    return tuple(Rival(key[0], tuple(sorted(joints)), key not in separable) for key, joints in found.items())
 
 
 def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypothesis:

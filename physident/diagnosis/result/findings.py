@@ -44,10 +44,12 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Rival:
-    """An effect that could stand in a finding's place as far as these recordings can tell."""
+    """An effect that could stand in a finding's place as far as these recordings can tell; ``inseparable`` where it makes nearly
+    the same torque on any motion within their ranges."""
 
     effect: str
     joints: tuple[int, ...]
+    inseparable: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

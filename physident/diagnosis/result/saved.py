@@ -87,8 +87,14 @@ def _errors(entry: Any, where: str) -> JointErrors:
 def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     """Findings; those of a file from before there were grades are causes."""
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
-        data = [{**EARLIER, **one} for one in data]
+        data = [{**EARLIER, **one, "rivals": _rivals(one.get("rivals"))} for one in data]
     return READER.read(tuple[Finding, ...], data, where)
+
+
+def _rivals(data: Any) -> Any:
+    """Rivals; those of a file from before any was known to be inseparable are separable."""
+    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
+    return [{"inseparable": False, **one} for one in data] if plain else data
 
 
 def _check(c: DiagnosisRecord) -> None:

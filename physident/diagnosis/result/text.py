@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import searches_in_words, wrong_baseline_sentence
+from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence
 from physident.effects.catalogue import effect_scope
 
 ASKED = {
@@ -134,10 +134,9 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
         rows.append(
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
         )
-    if f.rivals:
-        rows.append(
-            f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these recordings cannot separate them"
-        )
+    for inseparable, why in ((False, "these recordings cannot separate them"), (True, INSEPARABLE)):
+        if rivals := [_named(r.effect, r.joints) for r in f.rivals if r.inseparable is inseparable]:
+            rows.append(f"   or {' or '.join(rivals)}: {why}")
     if f.stability is not None:
         rows.append(f"   {searches_in_words(f.stability)}")
     rows += [f"   {text}" for text in (f.confounder, f.advice) if text]

@@ -24,6 +24,7 @@ RESIDUAL_IN_WORDS: dict[Verdict, str] = {
     "nothing_missing": "No effect of the catalogue beats chance, and the residual is noise.",
     "unexplained": "The residual has structure that no effect of the catalogue predicts on unseen data.",
 }
+INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 
 

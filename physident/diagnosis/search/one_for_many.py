@@ -24,6 +24,7 @@ from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts, store_products
+from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 TRIED = 24  # candidates: one that stands for a patchwork is among those that explain most alone
@@ -49,7 +50,7 @@ def find_replacement(hypothesis: Hypothesis, kept: Sequence[AcceptedEffect] = ()
         return None
     length = _length(hypothesis, present)
     found = []
-    for new in best_alone(length.stored, length.fit(length.unmoved(movable)), TRIED, set(length.price)):
+    for new in best_alone(length.stored, length.fit(length.unmoved(movable)), TRIED, set(length.price), VISIBLE):
         change, gone = _shortest(length, new, movable)
         numbers = sum(length.numbers[key] for key in gone)
         if change < 0 and (len(gone) > 1 or numbers > length.size(new)):

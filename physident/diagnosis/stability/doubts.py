@@ -13,9 +13,9 @@ from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.stored_products import Key
 
 
-def trust_in(last: CandidateScores, checks: Sequence[RivalCheck]) -> dict[Key, Trust]:
+def trust_in(first: CandidateScores, last: CandidateScores, checks: Sequence[RivalCheck]) -> dict[Key, Trust]:
     """The stability and the doubts of each accepted effect."""
-    shares, result = stability_of(last, checks), {}
+    shares, result = stability_of(first, last, checks), {}
     for check in checks:
         key = check.accepted.candidate.key
         share, doubts = shares[key], []

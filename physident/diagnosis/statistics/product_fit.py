@@ -14,7 +14,6 @@ from physident.diagnosis.search.hypothesis import Hypothesis, prior_precision
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
 from physident.effects.effect import Effect
-from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.intp]
@@ -92,12 +91,15 @@ def fit_chosen(
     )
 
 
-def best_alone(stored: StoredProducts, state: ProductFit, count: int, taken: Collection[Key] = ()) -> list[Chosen]:
-    """The ``count`` candidates of the largest gain beside a fit on its own rows, each with its best option, without those that
-    are ``taken`` and those that lie inside the fit."""
+def best_alone(
+    stored: StoredProducts, state: ProductFit, count: int, taken: Collection[Key] = (), least: float = 0.0
+) -> list[Chosen]:
+    """The ``count`` candidates of the most evidence beside a fit on its own rows, each with its best option, best first, without
+    those that are ``taken`` and options of which less than the ``least`` share lies outside the fit."""
     fit, products, squares = state.fit, state.products, state.fit.weights**2
     inverse = pseudo_inverse(fit.normal)
     found: dict[Key, tuple[float, Effect, Columns]] = {}
+    worth = products.worth[:, None] * (products.place != products.place.max(axis=1, keepdims=True))
     groups: dict[int, list[tuple[Key, Effect, Columns]]] = {}
     for key, options in stored.options.items():
         if key not in taken:
@@ -116,7 +118,9 @@ def best_alone(stored: StoredProducts, state: ProductFit, count: int, taken: Col
         root = whitening(CC, outside)
         seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
         size = np.trace(CC, axis1=1, axis2=2)
-        seen[np.trace(outside, axis1=1, axis2=2) < VISIBLE * size] = 0.0
+        rows = np.maximum(worth[:, columns].max(axis=2).sum(axis=0), 1e-300)  # of the joints that an option acts on
+        seen = -rows * np.log(np.maximum(1 - seen / rows, 1e-12)) - 2 * columns.shape[1]
+        seen[np.trace(outside, axis1=1, axis2=2) < least * size] = 0.0
         for (key, effect, own), value in zip(group, seen, strict=True):
             if value > found.get(key, (0.0,))[0]:
                 found[key] = (float(value), effect, own)

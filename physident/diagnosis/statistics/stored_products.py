@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect, Option
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search.contact_scan import CONTACT
@@ -79,20 +79,29 @@ class Products:
         return total
 
 
-def store_products(hypothesis: Hypothesis) -> StoredProducts:
-    """The products of a hypothesis' rows; its accepted effects are candidates like the others, with the shape they have."""
+def store_products(hypothesis: Hypothesis, shown: Collection[Key] | None = None) -> StoredProducts:
+    """The products of a hypothesis' rows; its accepted effects are candidates like the others, with the shape they have.
+
+    ``shown`` are the only other candidates, by default all. Columns that depend on a model are those of the model as given: in the torque of the extended model, every torque constant
+    would hold what was accepted.
+    """
     data, problem = hypothesis.data, hypothesis.problem
     model = problem.freedom.baseline(data.regressor).joints
     R = model[0].shape[1]
     accepted = [a for a in hypothesis.accepted if a.candidate is not CONTACT]
     refined = [problem.columns(a.effect, hypothesis.model) for a in accepted]
-    wanted = sorted({c for candidate in data.candidates if not candidate.placebo for c in _columns(candidate.options)})
-    options = _options(hypothesis, accepted, {c: R + i for i, c in enumerate(wanted)}, R + len(wanted))
+    candidates = [
+        c
+        for c in data.candidates
+        if not (c.placebo or problem.is_friction_of_resting_joint(c)) and (shown is None or c.key in shown)
+    ]
+    wanted = sorted({column for candidate in candidates for column in _columns(candidate.options)})
+    options = _options(hypothesis, accepted, candidates, {c: R + i for i, c in enumerate(wanted)}, R + len(wanted))
     size = R + len(wanted) + sum(part[0].shape[1] for part in refined) + 1
     labels = _units(blocks(data, float(hypothesis.fit.memory.max())), problem.seed)
     units = [np.flatnonzero(labels == u) for u in np.unique(labels[labels != OUTSIDE])]
     joints, places = [], []
-    for j, rows in enumerate(data.regressor.joints):
+    for j, rows in enumerate(problem.regressor.joints):
         position = {int(c): k for k, c in enumerate(rows.columns)}
         present = [i for i, c in enumerate(wanted) if c in position]
         parts = [
@@ -127,7 +136,11 @@ def _columns(options: Sequence[Option]) -> list[int]:
 
 
 def _options(
-    hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect], place: dict[int, int], first: int
+    hypothesis: Hypothesis,
+    accepted: Sequence[AcceptedEffect],
+    candidates: Sequence[Candidate],
+    place: dict[int, int],
+    first: int,
 ) -> dict[Key, tuple[tuple[Effect, NDArray[np.intp]], ...]]:
     """The effect and the columns of every option; an accepted effect has one, its own, from column ``first`` on."""
     result: dict[Key, tuple[tuple[Effect, NDArray[np.intp]], ...]] = {}
@@ -135,13 +148,12 @@ def _options(
         count = len(one.effect.columns(hypothesis.problem.model.robot))
         result[one.candidate.key] = ((one.effect, np.arange(first, first + count)),)
         first += count
-    for candidate in hypothesis.data.candidates:
-        if not candidate.placebo and not hypothesis.problem.is_friction_of_resting_joint(candidate):
-            result[candidate.key] = tuple(
-                (option.effect, np.array([place[c] for c in option.columns]))
-                for option in candidate.options
-                if option.effect is not None
-            )
+    for candidate in candidates:
+        result[candidate.key] = tuple(
+            (option.effect, np.array([place[c] for c in option.columns]))
+            for option in candidate.options
+            if option.effect is not None
+        )
     return result
 
 
