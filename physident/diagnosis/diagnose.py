@@ -9,6 +9,7 @@ import numpy as np
 
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import changed_since, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
@@ -126,10 +127,6 @@ def diagnose_motion(
     progress("searching halves of the recordings")
     trust = trust_in(found.first, last, checks)
     found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust)
-    extended = None
-    if found_effects:
-        refitted = extended_estimate(hypothesis, uncertainty, with_torque)
-        extended = replace(refitted, layout=layout, drive_gains=gains)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     expected = expected_error(hypothesis, estimate, floor)
@@ -137,16 +134,13 @@ def diagnose_motion(
     findings, since_before = _held_against(
         hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
     )
-    findings = held_to_unseen(hypothesis, findings, holdout, gains)
+    findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
     findings = single_cause(findings) if found.overfull else findings
-    sure = hypothesis
-    if extended is not None and (hints := [finding for finding in findings if finding.grade == "hint"]):
-        sure = without(hypothesis, hints)
-        extended = (
-            replace(extended_estimate(sure, uncertainty_of(sure), with_torque), layout=layout, drive_gains=gains)
-            if sure.accepted
-            else None
-        )
+    sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
+    extended = None
+    if sure.accepted:
+        errors = uncertainty if len(sure.accepted) == len(hypothesis.accepted) else uncertainty_of(sure)
+        extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
     error_before, error_after = errors_before_and_after(found.first.hypothesis, sure, extended, holdout)
     return Diagnosis(

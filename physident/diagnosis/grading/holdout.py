@@ -46,6 +46,8 @@ def held_to_unseen(
 
 def without(hypothesis: Hypothesis, findings: Sequence[Finding]) -> Hypothesis:
     """The hypothesis without the effects of some findings, all others refitted."""
+    if not findings:
+        return hypothesis
     dropped = {i for finding in findings for i in members(hypothesis, finding)}
     kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
     return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)

@@ -26,7 +26,14 @@ def amplitudes(hypothesis: Hypothesis, accepted: AcceptedEffect) -> tuple[Array,
     agreement = np.bincount(recording, np.sum(torque * (fit.residual * fit.weights + torque), axis=1))
     seen = power > 0
     safe = np.where(seen, power, 1.0)
-    return np.where(seen, agreement / safe, 0.0), np.where(seen, 1 / np.sqrt(safe), np.inf)
+    factor = np.where(seen, agreement / safe, 0.0)
+    before = fit.residual * fit.weights
+    after = (
+        before - (factor[recording] - 1)[:, None] * torque
+    )  # the noise is what is left when each recording has its own
+    noise = np.sum(after**2, axis=0) / np.maximum(np.sum(before**2, axis=0), 1e-300)
+    spread = np.bincount(recording, np.sum(torque**2 * noise, axis=1))
+    return factor, np.where(seen, np.sqrt(spread) / safe, np.inf)
 
 
 def changes_sign(hypothesis: Hypothesis, accepted: AcceptedEffect) -> bool:

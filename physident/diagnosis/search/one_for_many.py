@@ -108,12 +108,16 @@ class _Length:
         return float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
 
     def losses(self, chosen: Sequence[Chosen], fit: ProductFit) -> dict[Key, float]:
-        """What would be lost without each of some effects, to second order: its value in units of its covariance."""
-        inverse, at, result = pseudo_inverse(fit.fit.normal), self.stored.baseline, dict[Key, float]()
+        """What would be lost without each of some effects while all else is refitted, to second order."""
+        H, R, at, result = fit.fit.normal, self.stored.baseline, 0, dict[Key, float]()
+        S = H[R:, R:] - H[R:, :R] @ pseudo_inverse(H[:R, :R]) @ H[:R, R:]
         for one in chosen:
-            mine = slice(at, at + len(one.columns))
-            x, at = fit.fit.x[mine], mine.stop
-            result[one.key] = float(x @ pseudo_inverse(inverse[mine, mine]) @ x)
+            mine = np.arange(at, at + len(one.columns))
+            x, at = fit.fit.x[R + mine], at + len(mine)
+            others = np.delete(np.arange(len(S)), mine)
+            cross = S[np.ix_(mine, others)]
+            left = S[np.ix_(mine, mine)] - cross @ pseudo_inverse(S[np.ix_(others, others)]) @ cross.T
+            result[one.key] = float(x @ left @ x)
         return result
 
 
