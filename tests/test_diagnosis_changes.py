@@ -57,7 +57,11 @@ def test_a_coefficient_of_the_other_sign_in_a_recording_is_no_cause(
 
 
 def changed(
-    ur5: pid.Robot, before: list[pid.Recording], after: list[pid.Recording], *names: str, joints: tuple[int, ...] = (JOINT,)
+    ur5: pid.Robot,
+    before: list[pid.Recording],
+    after: list[pid.Recording],
+    *names: str,
+    joints: tuple[int, ...] = (JOINT,),
 ) -> tuple[bool, ...]:
     """Which of some effects differ between recordings before and after, each a group of its own."""
     state = accepted(opened(ur5, [*before, *after]), *names, joints=joints)
@@ -124,6 +128,4 @@ def test_unequal_time_since_the_start_is_named(healthy_runs: list[pid.Recording]
 
 def finding(effect: str) -> Finding:
     gain = Reduction(rms_before=1.0, rms_after=0.5, reduction_percent=50.0, interval95=(40.0, 60.0))
-    return Finding(
-        effect=effect, joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=1.0
-    )
+    return Finding(effect=effect, joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=1.0)

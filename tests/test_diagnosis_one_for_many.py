@@ -121,5 +121,13 @@ def test_sources_of_a_load_are_read(tmp_path: Path) -> None:
 def finding(effect: str, grade: Grade) -> Finding:
     gain = Reduction(rms_before=1.0, rms_after=0.5, reduction_percent=50.0, interval95=(40.0, 60.0))
     return Finding(
-        effect=effect, joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=1.0, grade=grade
+        effect=effect,
+        joints=(),
+        parameters=(),
+        gain=gain,
+        rivals=(),
+        intervals=(),
+        advice="",
+        evidence=1.0,
+        grade=grade,
     )

@@ -65,7 +65,9 @@ def test_stored_products_are_those_of_the_rows_and_no_row_is_in_two_units(last: 
     (own,) = (a for a in state.accepted if a.candidate.key == TRUE[0])
     assert effect is own.effect
     values = state.problem.columns(own.effect, state.model)
-    expected = sum(s * float(y[inside] @ c[inside, 0]) for s, c, y in zip(squares, values, state.data.response.T, strict=True))
+    expected = sum(
+        s * float(y[inside] @ c[inside, 0]) for s, c, y in zip(squares, values, state.data.response.T, strict=True)
+    )
     halves = [stored.over(range(0, stored.units, 2)), stored.over(range(1, stored.units, 2))]
     parts = [half.weighted(squares, columns, np.array([stored.response]))[0, 0] for half in halves]
     assert sum(parts) == pytest.approx(expected, rel=1e-9)
