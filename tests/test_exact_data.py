@@ -92,9 +92,6 @@ def test_what_a_simulator_lacks_is_named_and_nothing_else(ur5: pid.Robot) -> Non
     assert found.verdict in ("explained", "partly_explained")  # the sign's mean over a sample leaves structure of 0.1 %
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a contact is named beside the causes, at an instant where several joints turn at once"
-)
 def test_a_change_is_named_alone_and_no_change_not_at_all(ur5: pid.Robot) -> None:
     with warnings.catch_warnings(action="ignore", category=pid.PhysidentWarning):
         before = pid.identify(ur5, [exact(ur5, seed, COULOMB, VISCOUS, ROTOR) for seed in (1, 2)])
