@@ -68,12 +68,11 @@ def test_diagnosis_file() -> None:
     text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
     record = read_diagnosis(FILES / "diagnosis.json")
     again = json.loads(json.dumps(record.as_dict()))
-    assert (again.pop("missing_since_before"), again.pop("controlled")) == (
-        [],
-        None,
-    )  # of a file from before these were known
+    # of a file from before these were known
+    assert (again.pop("missing_since_before"), again.pop("controlled"), again.pop("wrong_baseline")) == ([], None, [])
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
+        assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
         assert one.pop("in_words") == ""
     assert again == text
     (finding,) = record.findings

@@ -9,8 +9,9 @@ import numpy as np
 
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import changed_since, control_recordings
-from physident.diagnosis.grading.grades import expected_error, graded
+from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
 from physident.diagnosis.grading.members import members
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
@@ -26,7 +27,9 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import check_rivals
+from physident.diagnosis.search.same_torque import same_torque
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.model import Model
@@ -119,12 +122,11 @@ def diagnose_motion(
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
-    checks = [check_rivals(last, accepted) for accepted in hypothesis.accepted]
-    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents)
-    extended = None
-    if found_effects:
-        refitted = extended_estimate(hypothesis, uncertainty, with_torque)
-        extended = replace(refitted, layout=layout, drive_gains=gains)
+    same = same_torque(hypothesis)
+    checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
+    progress("searching halves of the recordings")
+    trust = trust_in(found.first, last, checks)
+    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     expected = expected_error(hypothesis, estimate, floor)
@@ -132,21 +134,21 @@ def diagnose_motion(
     findings, since_before = _held_against(
         hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
     )
-    findings = held_to_unseen(hypothesis, findings, holdout, gains)
-    if extended is not None and (hints := [finding for finding in findings if finding.grade == "hint"]):
-        sure = without(hypothesis, hints)
-        extended = (
-            replace(extended_estimate(sure, uncertainty_of(sure), with_torque), layout=layout, drive_gains=gains)
-            if sure.accepted
-            else None
-        )
+    findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
+    findings = single_cause(findings) if found.overfull else findings
+    sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
+    extended = None
+    if sure.accepted:
+        errors = uncertainty if len(sure.accepted) == len(hypothesis.accepted) else uncertainty_of(sure)
+        extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
-    error_before, error_after = errors_before_and_after(found.first.hypothesis, hypothesis, extended, holdout)
+    error_before, error_after = errors_before_and_after(found.first.hypothesis, sure, extended, holdout)
     return Diagnosis(
         question=question,
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
         findings=findings,
         missing_since_before=since_before,
+        wrong_baseline=_joints_of(hypothesis) if found.overfull else (),
         controlled=bool(control) if question == "different" else None,
         before=error_before,
         after=error_after,
@@ -222,6 +224,12 @@ def _held_against(
     groups = [members(hypothesis, finding) for finding in tested]
     alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, groups), strict=True) if not new}
     return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
+
+
+def _joints_of(hypothesis: Hypothesis) -> tuple[int, ...]:
+    """The joints (from 1) that the accepted effects act on; all, where they name none."""
+    named = {joint for one in hypothesis.accepted for joint in one.candidate.joints}
+    return tuple(sorted(named or range(1, hypothesis.problem.model.robot.n + 1)))
 
 
 def _verdict(found: bool, structured: bool) -> Verdict:

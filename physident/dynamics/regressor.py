@@ -124,11 +124,12 @@ def build_regressor(
     """The regressor of some recordings' signals: every column and the torque pass the same filter and decimation.
 
     Columns that depend on the model's own torque use the parameters ``theta`` (p,) of these effects, another ``model``,
-    or the robot's nominal parameters. ``moving_only`` keeps the rows whose filter window lies in the moving part of the
+    the model that the signals were referred to before, or the robot's nominal parameters. ``moving_only`` keeps the rows whose filter window lies in the moving part of the
     recording. Raises InputError for signals without torque, of another number of joints, or without any row left.
     """
     columns = tuple(column for effect in effects for column in effect.columns(robot))
-    if any(effect.needs_model for effect in effects):
+    known = theta is None and model is None and all(one.motor is not None for one in signals)
+    if any(effect.needs_model for effect in effects) and not known:
         if model is None:
             model = Model.nominal(robot, effects) if theta is None else Model(robot, tuple(effects), theta)
         signals = [model.refer(s) for s in signals]

@@ -51,13 +51,18 @@ def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
 def changed_since(
     hypothesis: Hypothesis, control: Sequence[Signals], groups: Sequence[Sequence[int]]
 ) -> tuple[bool, ...]:
-    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control."""
+    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control.
+
+    The group whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
+    are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
+    have go first, because a value that changed is a shorter story than an effect that appeared.
+    """
     problem, model = hypothesis.problem, hypothesis.extension.model
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
     common = find_base_parameters(model.robot, model.effects).independent
-    places = [np.concatenate([hypothesis.extension.places[i] for i in group]) for group in groups]
-    free = np.concatenate(places)
-    size = len(common) + len(free)
+    found = [[_direction(hypothesis, i) for i in group] for group in groups]
+    free = np.column_stack([direction for group in found for direction in group])
+    size = len(common) + free.shape[1]
     H, g, scores = np.zeros((size, size)), np.zeros(size), []
     for j in range(model.robot.n):
         parts = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
@@ -66,13 +71,37 @@ def changed_since(
         H += columns.T @ columns / sigma**2
         g += columns.T @ torque / sigma**2
         scores.append((columns / sigma, torque / sigma))
-    inverse = pseudo_inverse(H)
-    x = inverse @ g
-    labels, memory = _blocks(before, after, x, scores)
-    meat = _meat(scores, x, labels)
-    covariance = inverse @ (meat + memory * H) @ inverse
-    blocks = int(labels.max()) + 1
-    return tuple(_differs(x, covariance, at, blocks) for at in _split(len(common), places))
+    labels, memory = _blocks(before, after, pseudo_inverse(H) @ g, scores)
+    known = set(range(len(problem.model.theta)))
+    new = {
+        k
+        for k, group in enumerate(groups)
+        if not any(known & {*hypothesis.extension.places[i].tolist()} for i in group)
+    }
+    places = dict(enumerate(_split(len(common), [len(group) for group in found])))
+    while places:
+        kept = np.concatenate([np.arange(len(common)), *places.values()])
+        inverse = np.zeros_like(H)
+        inverse[np.ix_(kept, kept)] = pseudo_inverse(H[np.ix_(kept, kept)])
+        x = inverse @ g
+        covariance = inverse @ (_meat(scores, x, labels) + memory * H) @ inverse
+        chance = {i: _chance(x, covariance, at, int(labels.max()) + 1) for i, at in places.items()}
+        doubtful = [i for i in places if chance[i] >= CERTAIN]
+        if not doubtful:
+            break
+        del places[max(doubtful, key=lambda i: (i in new, chance[i]))]
+    return tuple(i in places for i in range(len(groups)))
+
+
+def _direction(hypothesis: Hypothesis, i: int) -> Array:
+    """The values of an accepted effect as a direction (p,) of the extended model's parameters.
+
+    What is tested is by how much of itself an effect differs: one number, which a few blocks can decide where they leave the ten
+    of a payload open.
+    """
+    direction = np.zeros(len(hypothesis.extension.model.theta))
+    direction[hypothesis.extension.places[i]] = hypothesis.effect_values[i]
+    return direction
 
 
 def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
@@ -82,11 +111,12 @@ def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor
     return weight_rows(regressor, weights)
 
 
-def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: NDArray[np.intp], new: bool) -> tuple[Array, Array]:
-    """Columns (M, common + free) and torque (M,) of one joint; the free ones count in the new recordings only."""
+def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: Array, new: bool) -> tuple[Array, Array]:
+    """Columns (M, common + k) and torque (M,) of one joint; those of the directions ``free`` (p, k) count in the new
+    recordings only."""
     dense = np.zeros((len(rows.time), len(rows.columns)))
     dense[:, rows.joints[j].columns] = rows.joints[j].values
-    return np.column_stack([dense[:, common], dense[:, free] * new]), rows.torque[:, j]
+    return np.column_stack([dense[:, common], dense @ free * new]), rows.torque[:, j]
 
 
 def _size(columns: Array, torque: Array) -> float:
@@ -127,17 +157,18 @@ def _meat(scores: Sequence[tuple[Array, Array]], x: Array, labels: NDArray[np.in
     return gradient.T @ gradient * blocks / max(blocks - 1, 1)
 
 
-def _split(first: int, places: Sequence[NDArray[np.intp]]) -> list[NDArray[np.intp]]:
-    ends = first + np.cumsum([len(p) for p in places])
-    return [np.arange(end - len(p), end) for end, p in zip(ends, places, strict=True)]
+def _split(first: int, sizes: Sequence[int]) -> list[NDArray[np.intp]]:
+    ends = first + np.cumsum(sizes)
+    return [np.arange(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
-def _differs(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> bool:
-    """Hotelling's test of the differences at some places of x, with as much freedom as there are blocks."""
+def _chance(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> float:
+    """How often noise alone makes differences as large as those at some places of x, by Hotelling's test with as much freedom
+    as there are blocks; always, where there are too few."""
     from scipy.stats import f
 
     k = len(at)
     if blocks <= k + 1:
-        return False
+        return 1.0
     T2 = float(x[at] @ pseudo_inverse(covariance[np.ix_(at, at)]) @ x[at])
-    return bool(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k) < CERTAIN)
+    return float(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k))

@@ -41,6 +41,15 @@ def graded(hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array)
     return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
 
 
+def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """The findings of a search that was stopped: the first cause stays one, contacts too, and all others are contributions."""
+    best = next((f for f in findings if f.grade == "cause" and not f.intervals), None)
+    return tuple(
+        replace(f, grade="contribution") if f.grade == "cause" and f is not best and not f.intervals else f
+        for f in findings
+    )
+
+
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Finding:
     index = [j - 1 for j in finding.joints] or list(range(len(expected)))
     weights = 1 / hypothesis.fit.sigma[index] ** 2
@@ -52,7 +61,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Findin
     vague = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     # a contact lasts a moment: what the joints leave at all other times says nothing about it, and it has thresholds of its own
     is_cause = bool(finding.intervals) or (takes > max(leaves, NOTICED * right) and not vague)
-    grade: Grade = "cause" if is_cause else "contribution"
+    grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
     share = takes / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
     left = leaves / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
     return replace(finding, grade=grade, takes_percent=100 * share, leaves_percent=100 * left)

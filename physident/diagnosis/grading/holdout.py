@@ -17,6 +17,7 @@ from physident.recordings.recording import Recording
 from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]
+UNSEEN = "not confirmed on unseen data"
 
 
 def held_to_unseen(
@@ -39,12 +40,14 @@ def held_to_unseen(
         index = [j - 1 for j in finding.joints] or list(range(len(whole)))
         other = _errors(rest.extension.model, hypothesis, holdout, drive_gains)
         worse = float(np.sum(whole[index])) > float(np.sum(other[index]))
-        result.append(replace(finding, grade="hint") if worse else finding)
+        result.append(replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if worse else finding)
     return tuple(result)
 
 
 def without(hypothesis: Hypothesis, findings: Sequence[Finding]) -> Hypothesis:
     """The hypothesis without the effects of some findings, all others refitted."""
+    if not findings:
+        return hypothesis
     dropped = {i for finding in findings for i in members(hypothesis, finding)}
     kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
     return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)

@@ -14,7 +14,7 @@ from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS
 from physident.effects.classification import Scope
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.transition_width import model_with_transitions
-from physident.estimation.shape_parameters import quick_fit
+from physident.estimation.quick_fit import quick_fit
 from physident.recordings.signals import Filter, Signals
 
 

@@ -29,6 +29,7 @@ from physident.estimation.weighting import weight_rows
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
+MODELS = 3  # whose signals are kept: the one given, the last one, and the one that may follow it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +38,7 @@ class DiagnosisProblem:
 
     ``given`` is the model as it came. Rows of ``regressor`` are multiplied by ``weights`` (M, n); ``fold`` (M,) says which
     rows are left out together, ``memory`` (n,) how many correlated rows are worth one. ``recording_offsets``: whether each
-    recording has a constant torque that is refitted and never named.
+    recording has a constant torque that is refitted and never named. ``barred`` candidates, by name and joints, are not searched.
     """
 
     question: Question
@@ -52,7 +53,9 @@ class DiagnosisProblem:
     memory: Array
     weights: Array
     recording_offsets: bool = False
+    barred: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
     evaluated: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns, once each
+    by_model: list[tuple[Model, list[Signals]]] = field(default_factory=list)  # signals as the latest models see them
 
     @property
     def model(self) -> Model:
@@ -98,17 +101,30 @@ class DiagnosisProblem:
         )
 
     def columns(self, effect: Effect, model: Model) -> list[Array]:
-        """A concrete effect's columns (M, k) in each joint's rows, evaluated by a model."""
+        """A concrete effect's columns (M, k) in each joint's rows, evaluated by a model; kept for the next time."""
         key = (effect, model if effect.needs_model else None)
         if key not in self.evaluated:
-            regressor = build_regressor(model.robot, [effect], self.signals, self.filter, model=model)
-            result = []
-            for j, rows in enumerate(regressor.joints):
-                values = np.zeros((len(regressor.time), len(regressor.columns)))
-                values[:, rows.columns] = rows.values
-                result.append(values * (self.weights * self.regressor.counted)[:, j : j + 1])
-            self.evaluated[key] = result
+            self.evaluated[key] = self.fresh_columns(effect, model)
         return self.evaluated[key]
+
+    def fresh_columns(self, effect: Effect, model: Model) -> list[Array]:
+        """The same for an effect that is tried once."""
+        regressor = build_regressor(model.robot, [effect], self.referred(model), self.filter)
+        result = []
+        for j, rows in enumerate(regressor.joints):
+            values = np.zeros((len(regressor.time), len(regressor.columns)))
+            values[:, rows.columns] = rows.values * (self.weights * self.regressor.counted)[:, j : j + 1]
+            result.append(values)
+        return result
+
+    def referred(self, model: Model) -> list[Signals]:
+        """The signals with the torques that a model predicts for them; those of the latest models are kept."""
+        for known, signals in self.by_model:
+            if known is model:
+                return signals
+        self.by_model.append((model, [model.refer(one) for one in self.signals]))
+        del self.by_model[:-MODELS]
+        return self.by_model[-1][1]
 
     def _evaluated_by(self, model: Model) -> Regressor:
         """The regressor with the columns that depend on a model evaluated by ``model``."""
@@ -118,7 +134,7 @@ class DiagnosisProblem:
         dependent = [effect for effect in effects if effect.needs_model]
         owner = [effect for effect in effects for _ in effect.columns(model.robot)]
         places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
-        fresh = build_regressor(model.robot, dependent, self.signals, self.filter, model=model)
+        fresh = build_regressor(model.robot, dependent, self.referred(model), self.filter)
         return self.regressor.with_columns(weight_rows(fresh, self.weights), places)
 
 
@@ -158,15 +174,15 @@ def state_problem(
     if (noisy := at_resolution(signals, regressor, fit.sigma, filter, seed)) is not None:
         signals = noisy
         regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
-        problem = replace(problem, signals=tuple(signals), regressor=regressor)
+        problem = replace(problem, signals=tuple(signals), regressor=regressor, evaluated={}, by_model=[])
         baseline = problem.freedom.baseline(problem.regressor)
         fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
     known = known_rows(spread)
-    trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known))
+    trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known), evaluated={}, by_model=[])
     fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
     weights = rest_weights(spread, dry_level(ordinary), fit.residual / known, regressor.counted)
-    problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights))
+    problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights), evaluated={}, by_model=[])
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
     problem = replace(problem, memory=correlation_rows(regressor, noise))

@@ -14,8 +14,8 @@ from physident.robots.robot import Robot
 
 
 def other_rival(name: str, rivals: Sequence[Rival]) -> Rival | None:
-    """The first rival that is another effect."""
-    return next((rival for rival in rivals if rival.effect != name), None)
+    """The first rival that is another effect, and that a motion can separate."""
+    return next((rival for rival in rivals if rival.effect != name and not rival.inseparable), None)
 
 
 def separating_words(name: str, other: str) -> str:

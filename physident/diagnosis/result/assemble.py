@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from physident.diagnosis.result.values import parameter_values
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.effects.catalogue import effect_scope
@@ -26,29 +27,39 @@ SCALED = (
 
 
 def make_findings(
-    hypothesis: Hypothesis, checks: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool = False
+    hypothesis: Hypothesis,
+    checks: Sequence[RivalCheck],
+    uncertainty: Uncertainty,
+    from_currents: bool = False,
+    trust: Mapping[tuple[str, tuple[int, ...]], Trust] | None = None,
 ) -> tuple[Finding, ...]:
     """One finding for each cause, the same effect on several joints joined, in order of left-out gain.
 
-    A payload found ``from_currents`` says what its mass depends on.
+    A payload found ``from_currents`` says what its mass depends on. Joints whose ``trust`` has doubts are a finding of their
+    own, so that they take nothing from the others.
     """
+    trust = trust or {}
     groups: dict[object, list[RivalCheck]] = {}
     for check in checks:
-        name = check.accepted.candidate.name
+        name, doubtful = check.accepted.candidate.name, bool(trust.get(check.accepted.candidate.key, Trust()).doubts)
         key = name if effect_scope(name).joins_joints else check.accepted.candidate.key
-        groups.setdefault((key, getattr(check.accepted.effect, "recording", "")), []).append(check)
-    found = [_finding(hypothesis, group, uncertainty, from_currents) for group in groups.values()]
+        groups.setdefault((key, doubtful, getattr(check.accepted.effect, "recording", "")), []).append(check)
+    found = [_finding(hypothesis, group, uncertainty, from_currents, trust) for group in groups.values()]
     return tuple(sorted(found, key=lambda finding: -finding.evidence))
 
 
 def _finding(
-    hypothesis: Hypothesis, group: Sequence[RivalCheck], uncertainty: Uncertainty, from_currents: bool
+    hypothesis: Hypothesis,
+    group: Sequence[RivalCheck],
+    uncertainty: Uncertainty,
+    from_currents: bool,
+    trust: Mapping[tuple[str, tuple[int, ...]], Trust],
 ) -> Finding:
     group = sorted(group, key=lambda check: check.accepted.candidate.joints)
     accepted = [check.accepted for check in group]
     name = accepted[0].candidate.name
     joints = tuple(j for one in accepted for j in one.candidate.joints)
-    rivals = _joined([rival.key for check in group for rival in check.rivals])
+    rivals = _joined([(r.key, r in check.same) for check in group for r in (*check.rivals, *check.same)])
     model, places = hypothesis.extension.model, hypothesis.extension.places
     sentences = [
         one.effect.in_words(model.robot, model.theta[places[hypothesis.accepted.index(one)]]) for one in accepted
@@ -57,6 +68,8 @@ def _finding(
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
     ]
+    known = [trust.get(one.candidate.key, Trust()) for one in accepted]
+    shares = [one.stability for one in known if one.stability is not None]
     return Finding(
         effect=name,
         joints=joints,
@@ -68,15 +81,21 @@ def _finding(
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
         in_words=" ".join(filter(None, sentences)),
+        stability=min(shares) if shares else None,
+        doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),
     )
 
 
-def _joined(keys: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[Rival, ...]:
-    """Rivals of one name joined over joints."""
+def _joined(rivals: Sequence[tuple[tuple[str, tuple[int, ...]], bool]]) -> tuple[Rival, ...]:
+    """Rivals of one name, given with their joints and whether they are inseparable, joined over joints."""
     found: dict[tuple[str, tuple[int, ...]], set[int]] = {}
-    for name, joints in keys:
-        found.setdefault((name, () if effect_scope(name).joins_joints else joints), set()).update(joints)
-    return tuple(Rival(name, tuple(sorted(joints))) for (name, _), joints in found.items())
+    separable = set()
+    for (name, joints), inseparable in rivals:
+        key = (name, () if effect_scope(name).joins_joints else joints)
+        found.setdefault(key, set()).update(joints)
+        if not inseparable:
+            separable.add(key)
+    return tuple(Rival(key[0], tuple(sorted(joints)), key not in separable) for key, joints in found.items())
 
 
 def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypothesis:

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 UnseenReason = Literal["shows no torque", "inside what the baseline may take up", "of a joint that does not move"]
 Role = Literal["diagnosed", "holdout"]
 Grade = Literal["cause", "contribution", "hint"]
+SEARCHES = 20  # on halves: a share is then known to a tenth
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
 
@@ -43,10 +44,12 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Rival:
-    """An effect that could stand in a finding's place as far as these recordings can tell."""
+    """An effect that could stand in a finding's place as far as these recordings can tell; ``inseparable`` where it makes nearly
+    the same torque on any motion within their ranges."""
 
     effect: str
     joints: tuple[int, ...]
+    inseparable: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +61,10 @@ class Finding:
 
     A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error on its joints vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
-    A "hint" made the error of a holdout worse. ``in_words`` says what its values mean, where numbers with units do not.
+    A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings, or it is not stable.
+    ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
+    where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
+    what the finding shows. ``in_words`` says what its values mean, where numbers with units do not.
     """
 
     effect: str
@@ -74,6 +80,9 @@ class Finding:
     takes_percent: float | None = None
     leaves_percent: float | None = None
     in_words: str = ""
+    stability: float | None = None
+    doubts: tuple[str, ...] = ()
+    confounder: str = ""
 
 
 @dataclass(frozen=True, eq=False)

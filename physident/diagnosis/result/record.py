@@ -32,7 +32,8 @@ class DiagnosisRecord:
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
     recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
-    whether a change could be held against these. ``path`` and ``sha256`` are those of the file that it was read from;
+    whether a change could be held against these. ``wrong_baseline`` has the joints (from 1) on which a search that found more than
+    a handful was stopped. ``path`` and ``sha256`` are those of the file that it was read from;
     ``model_file`` is the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the
     extended model; None where they were not saved.
     """
@@ -60,6 +61,7 @@ class DiagnosisRecord:
     simulated: Simulated | None = None
     warnings: tuple[str, ...] = ()
     missing_since_before: tuple[Finding, ...] = ()
+    wrong_baseline: tuple[int, ...] = ()
     controlled: bool | None = None
     path: Path | None = None
     sha256: str | None = None
@@ -103,6 +105,7 @@ class DiagnosisRecord:
             "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
             "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
             "controlled": self.controlled,
+            "wrong_baseline": list(self.wrong_baseline),
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),

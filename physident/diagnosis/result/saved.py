@@ -20,6 +20,15 @@ from physident.files import naming, read_json
 from physident.json_records import RecordReader
 from physident.recordings.signals import Filter
 
+EARLIER = {  # what findings of earlier versions did not have
+    "grade": "cause",
+    "takes_percent": None,
+    "leaves_percent": None,
+    "stability": None,
+    "doubts": [],
+    "confounder": "",
+    "in_words": "",
+}
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file
 EXPECTED = "a diagnosis of motions that physident diagnose --json wrote"
@@ -58,6 +67,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         recording_offsets=READER.read(bool, data["recording_offsets"], "recording_offsets"),
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
         missing_since_before=_findings(data.get("missing_since_before", []), "missing_since_before"),
+        wrong_baseline=READER.read(tuple[int, ...], data.get("wrong_baseline", []), "wrong_baseline"),
         controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions
@@ -78,10 +88,14 @@ def _errors(entry: Any, where: str) -> JointErrors:
 def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     """Findings; those of a file from before there were grades are causes."""
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
-        data = [
-            {"grade": "cause", "takes_percent": None, "leaves_percent": None, "in_words": "", **one} for one in data
-        ]
+        data = [{**EARLIER, **one, "rivals": _rivals(one.get("rivals"))} for one in data]
     return READER.read(tuple[Finding, ...], data, where)
+
+
+def _rivals(data: Any) -> Any:
+    """Rivals; those of a file from before any was known to be inseparable are separable."""
+    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
+    return [{"inseparable": False, **one} for one in data] if plain else data
 
 
 def _check(c: DiagnosisRecord) -> None:
@@ -103,7 +117,9 @@ def _check(c: DiagnosisRecord) -> None:
         if effect not in CATALOGUE:
             raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
     joints = [j for one in (*named_effects, *c.unseen) for j in one.joints]
-    if wrong := [j for j in (*joints, *c.incomplete, *(r.joint for r in c.unexplained)) if not 1 <= j <= n]:
+    if wrong := [
+        j for j in (*joints, *c.incomplete, *c.wrong_baseline, *(r.joint for r in c.unexplained)) if not 1 <= j <= n
+    ]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
     carried = [f for f in named_effects if f.grade != "hint"]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
+from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence
 from physident.effects.catalogue import effect_scope
 
 ASKED = {
@@ -32,6 +33,8 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     rows += _levels(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
+    if d.wrong_baseline:
+        rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes)]
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
@@ -65,10 +68,11 @@ def _answer(d: DiagnosisRecord) -> str:
 def _minor(d: DiagnosisRecord) -> list[str]:
     """What was found and is no cause, one line each; and what a change could not be held against."""
     rows = []
-    for grade, label in (("contribution", "contribution"), ("hint", "hint, not confirmed on unseen data")):
+    for grade in ("contribution", "hint"):
         for f in (f for f in d.findings if f.grade == grade):
+            doubts = "".join(f"; {doubt}" for doubt in f.doubts)
             rows.append(
-                f"{label}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}"
+                f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{doubts}"
             )
     rows += [
         f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
@@ -131,12 +135,12 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
         rows.append(
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
         )
-    if f.rivals:
-        rows.append(
-            f"   or {' or '.join(_named(r.effect, r.joints) for r in f.rivals)}: these recordings cannot separate them"
-        )
-    if f.advice:
-        rows.append(f"   {f.advice}")
+    for inseparable, why in ((False, "these recordings cannot separate them"), (True, INSEPARABLE)):
+        if rivals := [_named(r.effect, r.joints) for r in f.rivals if r.inseparable is inseparable]:
+            rows.append(f"   or {' or '.join(rivals)}: {why}")
+    if f.stability is not None:
+        rows.append(f"   {searches_in_words(f.stability)}")
+    rows += [f"   {text}" for text in (f.confounder, f.advice) if text]
     return rows
 
 

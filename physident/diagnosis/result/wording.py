@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from physident.diagnosis.problem.question import Question
-from physident.diagnosis.result.findings import Finding, Verdict
+from physident.diagnosis.result.findings import SEARCHES, Finding, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
 FOUND = {
@@ -24,6 +24,7 @@ RESIDUAL_IN_WORDS: dict[Verdict, str] = {
     "nothing_missing": "No effect of the catalogue beats chance, and the residual is noise.",
     "unexplained": "The residual has structure that no effect of the catalogue predicts on unseen data.",
 }
+INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 
 
@@ -41,6 +42,27 @@ def cause(effect: str, joints: Sequence[int]) -> str:
         return effect_label(effect)
     noun = effect_scope(effect).noun
     return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+
+
+def wrong_baseline_sentence(question: Question, joints: Sequence[int], causes: Sequence[Finding]) -> str:
+    """What to do where a search was stopped because it found more than a handful."""
+    first = {
+        "different": "first ask what is missing, on the recordings that the model was fitted to, or record better",
+        "missing": "record a richer motion or better signals",
+        "nominal": "first identify the model from recordings",
+    }[question]
+    best = (
+        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        if causes
+        else "no single cause stands out"
+    )
+    where = f"on joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+    return f"The baseline is wrong {where}, and a longer list of causes would prove nothing: {first}; {best}."
+
+
+def searches_in_words(stability: float) -> str:
+    """How many of the searches on halves of the recordings found something, from their share."""
+    return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"
 
 
 def numbered(joints: Sequence[int]) -> str:

@@ -23,6 +23,7 @@ from physident.effects.classification import Family
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
+DOUBT = 2.0  # times an earlier threshold: what a fresh draw of surrogates moves it by is a tenth
 MAX_COMPARED = 8  # candidates compared block by block: more rivals would not be a useful answer
 
 
@@ -37,6 +38,14 @@ def choose_candidate(scores: CandidateScores) -> int | None:
         if is_admissible(scores.hypothesis, candidates[index]):
             return _smallest(scores, index, order[rank + 1 :][:MAX_COMPARED])
     return None
+
+
+def is_beyond_doubt(scores: CandidateScores) -> bool:
+    """Whether a candidate that is no contact is to be accepted next by any threshold that new surrogates may set."""
+    index = choose_candidate(scores)
+    if index is None or scores.contact.evidence[0] > scores.contact_threshold:
+        return False
+    return bool(scores.evidence_without_best_fold[index] > DOUBT * scores.threshold)
 
 
 def contact_accepted(scores: CandidateScores, rival_gain: float | None) -> bool:
@@ -129,9 +138,13 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
     """Squared left-out residual (G, n) of each block, with a candidate or without any, in units of the hypothesis' noise
     or by other ``weights`` (n,)."""
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
-    options = [] if candidate is None else [hypothesis.data.columns(option.columns) for option in candidate.options]
     weights = hypothesis.fit.weights if weights is None else weights
-    return block_costs(hypothesis.left_out_fits.residual(options), weights, labels)
+    if candidate is None:
+        return block_costs(hypothesis.left_out_fits.residual(), weights, labels)
+    if candidate.key not in hypothesis.left_out:
+        options = [hypothesis.data.columns(option.columns) for option in candidate.options]
+        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.residual(options)
+    return block_costs(hypothesis.left_out[candidate.key], weights, labels)
 
 
 def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array) -> bool:

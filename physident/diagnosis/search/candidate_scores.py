@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,13 +41,27 @@ class CandidateScores:
         return self.visible_share[index] >= VISIBLE and self.evidence_without_best_fold[index] > self.threshold
 
 
+def rescore_candidates(hypothesis: Hypothesis, before: CandidateScores) -> CandidateScores:
+    """Score every candidate beside a hypothesis against the thresholds of earlier scores, without new surrogates."""
+    data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
+    response = data.response[:, :, None]
+    scores = left_out_gains(data, baseline, fit, response)
+    return replace(
+        before,
+        hypothesis=hypothesis,
+        gain=scores.evidence[:, 0],
+        evidence_without_best_fold=scores.evidence_without_best_fold[:, 0],
+        visible_share=_visible(hypothesis),
+        contact=scan_contacts(hypothesis, response),
+    )
+
+
 def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     """Score every candidate beside a hypothesis, and surrogates of its residual in the same way."""
     data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
     responses = np.concatenate([data.response[:, :, None], surrogate_responses(hypothesis)], axis=2)
     scores = left_out_gains(data, baseline, fit, responses)
-    visible = visible_shares(data, baseline, fit.weights)
-    visible[[hypothesis.problem.is_friction_of_resting_joint(c) for c in data.candidates]] = 0.0
+    visible = _visible(hypothesis)
     stable, contact = scores.evidence_without_best_fold, scan_contacts(hypothesis, responses)
     return CandidateScores(
         hypothesis=hypothesis,
@@ -59,6 +73,13 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
         contact_threshold=contact_threshold(contact.evidence[1:]),
         contact_threshold_without_best_joint=contact_threshold(contact.evidence_without_best_joint[1:]),
     )
+
+
+def _visible(hypothesis: Hypothesis) -> Array:
+    """The share (C,) of each candidate's columns outside the baseline; none of the friction of a joint at rest."""
+    visible = visible_shares(hypothesis.data, hypothesis.baseline, hypothesis.fit.weights)
+    visible[[hypothesis.problem.is_friction_of_resting_joint(c) for c in hypothesis.data.candidates]] = 0.0
+    return visible
 
 
 def surrogate_responses(hypothesis: Hypothesis) -> Array:

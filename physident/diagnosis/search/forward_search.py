@@ -7,25 +7,39 @@ from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, is_admissible, smaller_of_family
-from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
+from physident.diagnosis.search.acceptance import (
+    choose_candidate,
+    contact_accepted,
+    is_admissible,
+    is_beyond_doubt,
+    smaller_of_family,
+)
+from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.effects.catalogue import effect_scope
 from physident.identifiability.visibility import VISIBLE
 
 ROUNDS = 3  # of forward search and removal: each round that changes something has raised the left-out gain
+REPLACEMENTS = 3  # of several effects by one: each shortens the description, and what it replaced does not come back
+HANDFUL = 5  # findings: an arm has one fault or two at a time; what takes more is a baseline that is wrong throughout
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SearchResult:
-    """The accepted effects, the ``first`` scores, and the ``last``, after which nothing more was accepted."""
+    """The accepted effects, the ``first`` scores, and the ``last``, after which nothing more was accepted.
+
+    ``overfull`` says that the search was stopped, because it went on finding more than a handful.
+    """
 
     accepted: tuple[AcceptedEffect, ...]
     first: CandidateScores
     last: CandidateScores
+    overfull: bool
 
 
 def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
@@ -40,11 +54,17 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         progress(
             f"added default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
         )
-    last = None
-    for _ in range(ROUNDS):
-        accepted, first_of_round, last = _add_while_better(problem, accepted, progress)
+    last, searched, replaced, rounds = None, problem, 0, 0
+    while rounds < ROUNDS:
+        accepted, first_of_round, last = _add_while_better(searched, accepted, progress)
         first = first or first_of_round
-        kept = _with_smaller(problem, _without_redundant(problem, accepted, last), last)
+        found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
+        if found is not None:
+            progress(f"{_placed(found.accepted[-1])} in the place of {', '.join(map(_placed, found.replaces))}")
+            accepted, searched, replaced = found.accepted, _without(searched, found.replaces), replaced + 1
+            continue
+        rounds += 1
+        kept = _with_smaller(searched, _without_redundant(searched, accepted, last), last)
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
         removed = [one for one in accepted if not any(one is other for other in kept)]
@@ -56,7 +76,22 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         accepted = kept
     assert first is not None
     assert last is not None
-    return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last)
+    last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))  # what was replaced may be a rival
+    overfull = _count(problem, last.hypothesis.accepted) > HANDFUL
+    return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
+
+
+def _without(problem: DiagnosisProblem, replaced: Sequence[AcceptedEffect]) -> DiagnosisProblem:
+    """The problem without the candidates that one for many has replaced, or the search would find them again."""
+    return replace(problem, barred=problem.barred | {one.candidate.key for one in replaced})
+
+
+def _count(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int:
+    """How many findings some accepted effects make, the same effect on several joints as one; without the default effects that
+    the model lacked, and without contacts, which say nothing about the baseline."""
+    own = {one.candidate.key for one in problem.missing_default_effects}
+    keys = [a.candidate.key for a in accepted if a.candidate is not CONTACT and a.candidate.key not in own]
+    return len({name if effect_scope(name).joins_joints else (name, joints) for name, joints in keys})
 
 
 def _placed(accepted: AcceptedEffect) -> str:
@@ -89,7 +124,12 @@ def _add_while_better(
         accepted = (*accepted, chosen)
         progress(f"added {_placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
-        scores = score_candidates(hypothesis)
+        scores = rescore_candidates(hypothesis, scores)
+        full = _count(problem, accepted) > HANDFUL
+        if full or not is_beyond_doubt(scores):
+            scores = score_candidates(hypothesis)
+        if full:
+            break
     return accepted, first, scores
 
 

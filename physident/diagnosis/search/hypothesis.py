@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -40,6 +40,10 @@ class Hypothesis:
     data: SearchData
     baseline: Baseline
     fit: Fit
+    refined: dict[tuple[str, tuple[int, ...]], Effect] = field(default_factory=dict, init=False)  # by candidate
+    left_out: dict[tuple[str, tuple[int, ...]], Array] = field(
+        default_factory=dict, init=False
+    )  # residuals, by candidate
 
     @cached_property
     def left_out_fits(self) -> LeftOutFits:
@@ -89,8 +93,7 @@ class Hypothesis:
 
     def is_near(self, model: Model) -> bool:
         """Whether candidates' columns by the hypothesis' model serve as well as by another one, to search among them."""
-        for signals in self.problem.signals:
-            before, after = self.model.refer(signals), model.refer(signals)
+        for before, after in zip(self.problem.referred(self.model), self.problem.referred(model), strict=True):
             for name in ("load", "motor"):
                 old, new = before.from_model(name), after.from_model(name)
                 if (np.linalg.norm(new - old, axis=0) > NEAR * np.linalg.norm(old, axis=0)).any():
@@ -133,8 +136,8 @@ def state_hypothesis(
     """
     data = problem.search_data(model) if data is None else data
     candidates = {c.key: c for c in (*problem.candidates, *(c for c in data.candidates if c.placebo))}
-    for one in accepted:
-        candidates.pop(one.candidate.key, None)
+    for key in (*problem.barred, *(one.candidate.key for one in accepted)):
+        candidates.pop(key, None)
     contacts = [one.effect for one in accepted if isinstance(one.effect, Contact)]
     data = replace(data, candidates=tuple(candidates.values()), fold=_without_contacts(problem, contacts))
     baseline = problem.freedom.baseline(data.regressor)

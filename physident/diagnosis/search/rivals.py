@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,15 +29,17 @@ CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: 
 
 @dataclass(frozen=True, eq=False)
 class RivalCheck:
-    """An accepted effect beside all others: its left-out ``gain``, and the candidates that could stand in its place."""
+    """An accepted effect beside all others: its left-out ``gain``, the candidates that could stand in its place as far as these
+    recordings can tell, and those that make the ``same`` torque on any motion."""
 
     accepted: AcceptedEffect
     gain: float
     rivals: tuple[Candidate, ...]
+    same: tuple[Candidate, ...] = ()
 
 
-def check_rivals(last: CandidateScores, accepted: AcceptedEffect) -> RivalCheck:
-    """The left-out gain of an accepted effect beside all others, and its rivals."""
+def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence[Candidate] = ()) -> RivalCheck:
+    """The left-out gain of an accepted effect beside all others, and its rivals; the ``same`` ones where they are possible."""
     hypothesis = last.hypothesis
     others = [a for a in hypothesis.accepted if a is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
@@ -58,7 +61,8 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect) -> RivalCheck:
             continue
         if makes_redundant(rest, other, accepted_candidate, last.threshold) and contradiction(rest, other) is None:
             rivals.append(other)
-    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals))
+    possible = tuple(c for c in same if contradiction(rest, c) is None)
+    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals), possible)
 
 
 def _contains(rest: Hypothesis, other: Candidate, accepted: AcceptedEffect) -> bool:

@@ -19,13 +19,21 @@ REFINED = 1e-2  # relative width at which the search ends: the shape's own uncer
 
 def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
     """The candidate's effect with the shape of the largest gain beside a hypothesis' baseline (Golub and Pereyra, 1973)."""
+    if candidate.key not in hypothesis.refined:
+        hypothesis.refined[candidate.key] = _best_shape(hypothesis, candidate)
+    return hypothesis.refined[candidate.key]
+
+
+def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
     effects = [option.effect for option in candidate.options if option.effect is not None]
+    if len(effects) == 1:
+        return effects[0]
     evaluator = GainEvaluator(hypothesis)
     found = [evaluator.gain(hypothesis.data.columns(option.columns)) for option in candidate.options]
     top = int(np.argmax(found))
     best = effects[top]
     shape = next((s for s in best.shape_parameters if getattr(best, s.field) is not None), None)
-    if len(effects) == 1 or shape is None or shape.discrete:
+    if shape is None or shape.discrete:
         return best
     from scipy.optimize import minimize_scalar
 
@@ -37,7 +45,7 @@ def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
         return replace(best, **{shape.field: (value,)})
 
     def loss(logarithm: float) -> float:
-        return -evaluator.gain(hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model))
+        return -evaluator.gain(hypothesis.problem.fresh_columns(at_value(float(np.exp(logarithm))), hypothesis.model))
 
     bounds = (np.log(low), np.log(high))
     answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})

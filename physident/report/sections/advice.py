@@ -9,7 +9,7 @@ from markupsafe import Markup
 from physident.diagnosis.result.advice import separating_words
 from physident.diagnosis.result.findings import Finding, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, in_words, listed, numbered
+from physident.diagnosis.result.wording import INSEPARABLE, cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
 from physident.report.markup import joined, tag
 from physident.report.sections.unseen import IN_MODEL, WORDED, by_reason
@@ -48,6 +48,8 @@ def _rivals(c: DiagnosisRecord) -> list[Markup]:
 
 def _separating(c: DiagnosisRecord, f: Finding, r: Rival) -> Markup:
     """The motion that separates a rival, and the command that designs it."""
+    if r.inseparable:
+        return joined(f"they make {INSEPARABLE}; move farther, or look at the arm")
     if r.effect == f.effect:
         return joined("move these joints one at a time")
     words = in_words(separating_words(f.effect, r.effect))

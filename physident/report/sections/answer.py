@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline, listed, wrong_baseline_sentence
 from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
@@ -71,6 +71,8 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
             f"{len(passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, were accepted too."
             " Do not trust this diagnosis."
         )
+    if c.wrong_baseline:
+        warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes))
     if c.incomplete and c.findings:
         warnings.append(INCOMPLETE_MODEL)
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:

@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, listed
+from physident.diagnosis.result.wording import cause, listed, searches_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.figures.residual import torque_units
 from physident.graphics.style import effect_colour
@@ -35,6 +35,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         *([tag("p", f.in_words)] if f.in_words else []),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
+        *_trust(f),
         *_parameters(f),
         *_rivals(f),
         tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
@@ -52,6 +53,16 @@ def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
         tag("strong", f"{percent(f.gain.reduction_percent)} less"),
         f" (95 % interval {percent(low)} to {percent(high)}).",
     ]
+
+
+def _trust(f: Finding) -> list[Markup]:
+    """The grade of what is no cause and why, how stable the finding is, and what else could be behind it."""
+    searches = [] if f.stability is None else [searches_in_words(f.stability)]
+    reasons = ", ".join(dict.fromkeys([*f.doubts, *searches]))
+    grade = "" if f.grade == "cause" else f"A {f.grade}, no cause"
+    text = ": ".join(filter(None, [grade, reasons]))
+    rows = [tag("p", f"{text[0].upper()}{text[1:]}.")] if text else []
+    return [*rows, *([tag("p", f.confounder, class_="caution")] if f.confounder else [])]
 
 
 def _times(f: Finding) -> str:

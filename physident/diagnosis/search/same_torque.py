@@ -1,0 +1,139 @@
+"""Effects that make the same torque on any motion of an arm within the ranges that were recorded.
+
+What such effects stand for cannot be told apart by these recordings or longer ones, whatever little each of them explains beside
+the other: the tilt of a planar arm and the zero of its first joint, a spring and a torque ripple slower than a turn. They are found
+by what their columns can make on a motion that moves every joint through its range at random, and not by what they gained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.search.contact_scan import CONTACT
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.normal_equations import whitening
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.recordings.signals import Signals
+
+Array = NDArray[np.float64]
+DURATION = 40.0  # s: every joint then moves through its range some ten times, in step with no other
+PARTS = 4  # sines of each joint's motion
+RATE = 20.0  # samples for each period of the cutoff
+NEARLY = 0.05  # share of an effect's power: the torque that is left is less than a quarter of the effect, and smaller than its error
+
+
+def same_torque(hypothesis: Hypothesis) -> dict[tuple[str, tuple[int, ...]], list[Candidate]]:
+    """For each accepted effect, by name and joints, the candidates with as few numbers that make nearly its torque on any motion.
+
+    What the model's own parameters take up while they are refitted does not count for either.
+    """
+    accepted = [a for a in hypothesis.accepted if a.candidate is not CONTACT]
+    if not accepted:
+        return {}
+    problem = hypothesis.problem
+    signals = random_motion(problem)
+    effects = [
+        *problem.model.effects,
+        *(o.effect for c in problem.candidates for o in c.options if o.effect is not None),
+    ]
+    regressor = build_regressor(problem.model.robot, effects, [signals], problem.filter, model=hypothesis.model)
+    every = _stacked(regressor, hypothesis.fit.sigma)
+    outside = _outside(every, problem)
+    every = outside(every)
+    names = {a.candidate.key for a in accepted}
+    others = [c for c in problem.candidates if c.key not in names and not problem.is_friction_of_resting_joint(c)]
+    result = {}
+    for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
+        if one.candidate is CONTACT:
+            continue
+        own = build_regressor(problem.model.robot, [one.effect], [signals], problem.filter, model=hypothesis.model)
+        columns = outside(_stacked(own, hypothesis.fit.sigma))
+        most = _rank(columns) + (len(one.candidate.options) > 1)
+        torque = columns @ values
+        result[one.candidate.key] = [
+            c
+            for c in others
+            if any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1)) for o in c.options)
+        ]
+    return result
+
+
+def random_motion(problem: DiagnosisProblem) -> Signals:
+    """A motion of all joints through the ranges that the recordings show, as fast as in them, and out of step."""
+    q, v = (np.concatenate([getattr(one, name) for one in problem.signals]) for name in ("q", "v"))
+    middle, half = (q.max(axis=0) + q.min(axis=0)) / 2, (q.max(axis=0) - q.min(axis=0)) / 2
+    rng = np.random.default_rng([problem.seed, 47])
+    cutoff = problem.filter.cutoff
+    fastest = np.minimum(np.abs(v).max(axis=0) / np.maximum(half, 1e-9), np.pi * cutoff)  # rad/s of a sine
+    rate = RATE * cutoff
+    time = np.arange(round(DURATION * rate)) / rate
+    omega = fastest * rng.uniform(0.3, 1.0, (PARTS, len(half)))
+    angle = time[:, None, None] * omega + rng.uniform(0, 2 * np.pi, omega.shape)
+    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
+    position, velocity, acceleration = (part.sum(axis=1) for part in parts)
+    scale = half / np.maximum(np.abs(position).max(axis=0), 1e-9)
+    return replace(
+        problem.signals[0],
+        time=time,
+        q=middle + scale * position,
+        v=scale * velocity,
+        a=scale * acceleration,
+        torque=np.zeros_like(position),
+        temperature=_temperature(problem.signals, time),
+        starts=(0,),
+        rate=rate,
+        origin=0.0,
+        recording="",
+        rests=None,
+    )
+
+
+def _temperature(signals: Sequence[Signals], time: Array) -> Array | None:
+    """A temperature (N, n) that rises through the recorded range, where every recording has one."""
+    given = [one.temperature for one in signals if one.temperature is not None]
+    if len(given) < len(signals):
+        return None
+    low, high = np.min([t.min(axis=0) for t in given], axis=0), np.max([t.max(axis=0) for t in given], axis=0)
+    return low + (high - low) * (time / time[-1])[:, None]
+
+
+def _stacked(regressor: Regressor, sigma: Array) -> Array:
+    """The dense columns (M n, p), each joint's rows in units of its noise."""
+    return (regressor.Y / sigma[:, None]).reshape(-1, len(regressor.columns))
+
+
+def _outside(every: Array, problem: DiagnosisProblem) -> Callable[[Array], Array]:
+    """What takes from columns the part that lies inside the parameters that are refitted freely."""
+    p = len(problem.model.theta)
+    free = problem.freedom.map[:, problem.freedom.prior == 0]
+    B = every[:, :p] @ free[:, : free.shape[1] - len(problem.freedom.nuisance)]
+    size = np.linalg.norm(B, axis=0)
+    B = B[:, size > 0] / size[size > 0]
+    u, s, _ = np.linalg.svd(B, full_matrices=False)
+    Q = u[:, s > 1e-6 * s.max(initial=0.0)]
+    return lambda columns: columns - Q @ (Q.T @ columns)
+
+
+def _rank(columns: Array) -> int:
+    """How many independent torques some columns make."""
+    size = np.linalg.norm(columns, axis=0)
+    kept = columns[:, size > 1e-6 * size.max(initial=0.0)]
+    s = np.linalg.svd(kept / np.linalg.norm(kept, axis=0), compute_uv=False)
+    return int(np.sum(s > 1e-3 * s.max(initial=0.0)))
+
+
+def _makes(columns: Array, torque: Array, most: int) -> bool:
+    """Whether columns of at most so many independent torques make nearly all of a torque."""
+    power = float(torque @ torque)
+    if power == 0.0 or not columns.any():
+        return False
+    inner = columns.T @ columns
+    root = whitening(inner[None], inner[None])[0]
+    left = power - float(np.sum((root.T @ (columns.T @ torque)) ** 2))
+    return left < NEARLY * power and _rank(columns) <= most

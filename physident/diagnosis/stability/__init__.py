@@ -1,0 +1,1 @@
+"""Stability of findings: the search repeated on halves of the recordings' blocks, on products that are stored once."""

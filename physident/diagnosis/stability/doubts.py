@@ -1,0 +1,27 @@
+"""What makes an accepted effect a hint: searches on halves that miss it, and a sign that changes between recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from physident.diagnosis.grading.signs import OPPOSITE, changes_sign
+from physident.diagnosis.result.wording import searches_in_words
+from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.stability.stability import STABLE, stability_of
+from physident.diagnosis.stability.trust import Trust
+from physident.diagnosis.statistics.stored_products import Key
+
+
+def trust_in(first: CandidateScores, last: CandidateScores, checks: Sequence[RivalCheck]) -> dict[Key, Trust]:
+    """The stability and the doubts of each accepted effect."""
+    shares, result = stability_of(first, last, checks), {}
+    for check in checks:
+        key = check.accepted.candidate.key
+        share, doubts = shares[key], []
+        if share is not None and share < STABLE:
+            doubts.append(searches_in_words(share))
+        if changes_sign(last.hypothesis, check.accepted):
+            doubts.append(OPPOSITE)
+        result[key] = Trust(share, tuple(doubts))
+    return result

@@ -1,0 +1,13 @@
+"""How far an accepted effect can be trusted before it is graded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Trust:
+    """``stability``: the share of searches on halves that find it, None where it has none; ``doubts``: what makes it a hint."""
+
+    stability: float | None = None
+    doubts: tuple[str, ...] = ()

@@ -1,0 +1,133 @@
+"""One effect takes the place of a patchwork, never of effects that are there; and a search that goes on finding is stopped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.grading.grades import single_cause
+from physident.diagnosis.result.findings import Finding, Grade, Reduction
+from physident.diagnosis.result.wording import wrong_baseline_sentence
+from physident.diagnosis.search import forward_search
+from physident.diagnosis.search.acceptance import DOUBT, choose_candidate, is_beyond_doubt
+from physident.diagnosis.search.candidate_scores import score_candidates
+from physident.diagnosis.search.forward_search import search_effects, settled_hypothesis
+from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis, state_hypothesis
+from physident.diagnosis.search.one_for_many import find_replacement
+from tests.exact_friction import exact_arm
+from tests.opened import opened
+from tests.plant import Arm, Sensors, hide, multisine, record
+
+PATCHWORK = tuple(("link_inertia", (link,)) for link in (3, 4, 5))
+
+
+@pytest.fixture(scope="module")
+def loaded(ur5: pid.Robot, healthy_runs: list[pid.Recording], tmp_path_factory: pytest.TempPathFactory) -> Hypothesis:
+    """An arm that carries a load, as a patchwork of three links."""
+    path = tmp_path_factory.mktemp("loaded") / "run.csv"
+    record(hide(exact_arm(), "payload", (), 0.8), multisine(41), Sensors(), 41, step=2e-3).write_csv(path)
+    return opened(ur5, [*healthy_runs[:2], pid.load_recording(path)])
+
+
+@pytest.fixture(scope="module")
+def rubbing(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> Hypothesis:
+    """Dry and viscous friction of joint 3 doubled."""
+    v = healthy_runs[2].dq
+    assert v is not None
+    friction = Arm().friction
+    more = (friction.coulomb * np.tanh(v / 0.01) + friction.viscous * v) * (np.arange(6) == 2)
+    return opened(ur5, healthy_runs[:3], more)
+
+
+def accepted(state: Hypothesis, keys: tuple[tuple[str, tuple[int, ...]], ...]) -> tuple[AcceptedEffect, ...]:
+    found = {c.key: c for c in state.data.candidates}
+    made = []
+    for key in keys:
+        effect = found[key].options[0].effect
+        assert effect is not None
+        made.append(AcceptedEffect(found[key], effect))
+    return tuple(made)
+
+
+def test_a_payload_takes_the_place_of_three_links(loaded: Hypothesis) -> None:
+    state = settled_hypothesis(loaded.problem, accepted(loaded, PATCHWORK))
+    found = find_replacement(state)
+    assert found is not None
+    assert found.accepted[-1].candidate.name == "payload"
+    assert len(found.replaces) >= 2
+    assert not {a.candidate.key for a in found.replaces} & {a.candidate.key for a in found.accepted}
+    assert find_replacement(state, kept=state.accepted) is None
+
+
+def test_effects_that_are_there_are_replaced_by_none(rubbing: Hypothesis) -> None:
+    true = (("coulomb_friction", (3,)), ("viscous_friction", (3,)))
+    assert find_replacement(settled_hypothesis(rubbing.problem, accepted(rubbing, true))) is None
+
+
+def test_what_was_replaced_is_not_searched_again(loaded: Hypothesis) -> None:
+    barred = replace(loaded.problem, barred=frozenset({PATCHWORK[0]}))
+    state = state_hypothesis(barred, (), loaded.model)
+    assert PATCHWORK[0] not in {c.key for c in state.data.candidates}
+    assert PATCHWORK[1] in {c.key for c in state.data.candidates}
+
+
+def test_a_search_that_finds_more_than_a_handful_stops(rubbing: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not search_effects(rubbing.problem).overfull
+    monkeypatch.setattr(forward_search, "HANDFUL", 1)
+    found = search_effects(rubbing.problem)
+    assert found.overfull
+    assert len(found.accepted) == 2
+
+
+def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
+    given = [finding("payload", "cause"), finding("coulomb_friction", "cause"), finding("joint_spring", "hint")]
+    contact = replace(finding("contact", "cause"), intervals=((1.0, 2.0),))
+    answer = single_cause([*given, contact])
+    assert [f.grade for f in answer] == ["cause", "contribution", "hint", "cause"]
+    assert [f.grade for f in single_cause(given[1:])] == ["cause", "hint"]
+    sentence = wrong_baseline_sentence("different", (1, 2, 5), answer[:1])
+    for part in ("joints 1 and 2 and 5", "joints 1, 2 and 5"):
+        if part in sentence:
+            break
+    else:
+        pytest.fail(sentence)
+    assert "what is missing" in sentence
+    assert sentence.endswith("the best single cause is payload.")
+    assert "what is missing" not in wrong_baseline_sentence("missing", (1,), answer[:1])
+
+
+def test_new_surrogates_are_spared_only_where_they_could_change_nothing(rubbing: Hypothesis) -> None:
+    scores = score_candidates(rubbing)
+    index = choose_candidate(scores)
+    assert index is not None
+    evidence = float(scores.evidence_without_best_fold[index])
+    assert is_beyond_doubt(replace(scores, threshold=0.9 * evidence / DOUBT))
+    assert not is_beyond_doubt(replace(scores, threshold=1.1 * evidence / DOUBT))
+    pushed = replace(scores.contact, evidence=np.full_like(scores.contact.evidence, 2 * scores.contact_threshold))
+    assert not is_beyond_doubt(replace(scores, threshold=0.9 * evidence / DOUBT, contact=pushed))
+
+
+def test_sources_of_a_load_are_read(tmp_path: Path) -> None:
+    """The plant's load is what it says: 0.8 kg more on the last link."""
+    more = hide(exact_arm(), "payload", (), 0.8).links - exact_arm().links
+    assert more[-1, 0] == pytest.approx(0.8)
+    assert not more[:-1].any()
+
+
+def finding(effect: str, grade: Grade) -> Finding:
+    gain = Reduction(rms_before=1.0, rms_after=0.5, reduction_percent=50.0, interval95=(40.0, 60.0))
+    return Finding(
+        effect=effect,
+        joints=(),
+        parameters=(),
+        gain=gain,
+        rivals=(),
+        intervals=(),
+        advice="",
+        evidence=1.0,
+        grade=grade,
+    )

@@ -1,0 +1,118 @@
+"""Effects that make the same torque on any motion of an arm are rivals by construction, whatever the recordings prefer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.result.advice import other_rival
+from physident.diagnosis.result.assemble import _joined
+from physident.diagnosis.result.findings import Rival
+from physident.diagnosis.search.candidate_scores import score_candidates
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
+from physident.diagnosis.search.rivals import check_rivals
+from physident.diagnosis.search.same_torque import random_motion, same_torque
+from physident.estimation.identify import prepare_all
+from tests.serial_arms import ARMS, urdf
+
+Key = tuple[str, tuple[int, ...]]
+
+
+def opened_planar(folder: Path, offset: float) -> Hypothesis:
+    """Two joints with parallel axes whose first zero is wrong by an angle; the torque is pinocchio's."""
+    path = folder / "planar.urdf"
+    path.write_text(urdf(ARMS["two"]))
+    robot, model = pid.load_robot(path), pin.buildModelFromXML(urdf(ARMS["two"]))
+    time = np.arange(0.0, 30.0, 0.008)
+    runs = []
+    for seed in (1, 2, 3):
+        rng = np.random.default_rng(seed)
+        omega, phase = rng.uniform(0.8, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+        angle = time[:, None, None] * omega + phase
+        q, v, a = (
+            0.5 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle))
+        )
+        true = q + np.array([offset, 0.0]) * (seed == 3)
+        data = model.createData()
+        tau = np.array([pin.rnea(model, data, *state) for state in zip(true, v, a, strict=True)])
+        tau += 2.0 * v + 0.05 * rng.standard_normal(tau.shape)
+        runs.append(pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{seed}"))
+    estimate = pid.identify(robot, runs[:2])
+    signals = prepare_all(robot, runs[2:], estimate.filter)
+    return settled_hypothesis(state_problem("different", estimate, signals, estimate.filter, 0), ())
+
+
+def accepted(state: Hypothesis, *keys: Key) -> Hypothesis:
+    found = {c.key: c for c in state.data.candidates}
+    chosen = []
+    for key in keys:
+        effect = found[key].options[0].effect
+        assert effect is not None
+        chosen.append(AcceptedEffect(found[key], effect))
+    return settled_hypothesis(state.problem, chosen)
+
+
+@pytest.fixture(scope="module")
+def planar(tmp_path_factory: pytest.TempPathFactory) -> Hypothesis:
+    return opened_planar(tmp_path_factory.mktemp("planar"), 0.03)
+
+
+def test_a_planar_arm_feels_a_tilt_as_a_wrong_zero() -> None:
+    """What the search is to find, from pinocchio alone: gravity that is turned, and a first angle that is, pull alike."""
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    tilted = pin.buildModelFromXML(urdf(ARMS["two"]))
+    c, s = np.cos(0.03), np.sin(0.03)
+    tilted.gravity.linear = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) @ model.gravity.linear
+    for q in np.random.default_rng(0).uniform(-2, 2, (20, 2)):
+        turned = pin.computeGeneralizedGravity(model, model.createData(), q + np.array([0.03, 0.0]))
+        pulled = pin.computeGeneralizedGravity(tilted, tilted.createData(), q)
+        np.testing.assert_allclose(turned, pulled, atol=1e-9)
+
+
+def test_a_tilt_of_a_planar_arm_is_a_rival_of_a_wrong_zero(planar: Hypothesis) -> None:
+    state = accepted(planar, ("joint_zero_offset", (1,)))
+    (one,) = state.accepted
+    same = same_torque(state)[one.candidate.key]
+    assert ("gravity_tilt", ()) in {c.key for c in same}
+    checked = check_rivals(replace(score_candidates(state)), one, same)
+    assert ("gravity_tilt", ()) in {c.key for c in checked.same}
+
+
+def test_a_payload_that_stands_for_a_wrong_zero_has_it_as_rival(planar: Hypothesis) -> None:
+    """A larger effect is no rival of a smaller one that it contains."""
+    both = same_torque(accepted(planar, ("payload", ())))["payload", ()]
+    assert {c.name for c in both} & {"joint_zero_offset", "gravity_tilt", "link_inertia"}
+    assert "payload" not in {
+        c.name for c in same_torque(accepted(planar, ("joint_zero_offset", (1,))))[("joint_zero_offset", (1,))]
+    }
+
+
+def test_friction_has_no_such_rival(planar: Hypothesis) -> None:
+    state = accepted(planar, ("viscous_friction", (2,)))
+    assert same_torque(state)["viscous_friction", (2,)] == []
+
+
+def test_the_motion_goes_through_the_recorded_ranges_and_is_no_recording(planar: Hypothesis) -> None:
+    problem = planar.problem
+    made, (given,) = random_motion(problem), problem.signals
+    np.testing.assert_allclose(np.abs(made.q - (given.q.max(axis=0) + given.q.min(axis=0)) / 2).max(axis=0),
+                               (given.q.max(axis=0) - given.q.min(axis=0)) / 2)  # fmt: skip
+    step = made.time[1] - made.time[0]
+    np.testing.assert_allclose(np.gradient(made.q, step, axis=0)[1:-1], made.v[1:-1], atol=0.02 * np.abs(made.v).max())
+    np.testing.assert_allclose(np.gradient(made.v, step, axis=0)[1:-1], made.a[1:-1], atol=0.05 * np.abs(made.a).max())
+    assert np.abs(np.asarray(np.corrcoef(made.q.T))[0, 1]) < 0.5
+
+
+def test_no_motion_is_designed_for_what_none_can_separate() -> None:
+    rivals = (Rival("gravity_tilt", (), inseparable=True), Rival("torque_offset", (1,)))
+    assert other_rival("joint_zero_offset", rivals) == rivals[1]
+    assert other_rival("joint_zero_offset", rivals[:1]) is None
+    keys = [(("torque_offset", (1,)), True), (("torque_offset", (2,)), False), (("gravity_tilt", ()), True)]
+    assert _joined(keys) == (Rival("torque_offset", (1, 2)), Rival("gravity_tilt", (), inseparable=True))
