@@ -197,7 +197,11 @@ def gain(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) -
 
 
 def _text(f: Any) -> str:
+    """A finding with its rivals, what it takes and leaves [%] and its stability, in brackets where it is less than a cause."""
     names = [(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)]
     text = " or ".join(f"{effect} {','.join(map(str, joints))}".strip() for effect, joints in names)
+    if getattr(f, "takes_percent", None) is not None:
+        stability = "" if f.stability is None else f", stability {f.stability:.2f}"
+        text += f" [takes {f.takes_percent:.0f}, leaves {f.leaves_percent:.0f}{stability}]"
     grade = getattr(f, "grade", "cause")
     return text if grade == "cause" else f"({grade}: {text})"
