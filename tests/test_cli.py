@@ -79,6 +79,7 @@ def test_the_demo_names_what_it_hid_and_reveals_it(tmp_path: Path) -> None:
     assert finding.parameters[0].change == pytest.approx(hidden[1], rel=0.1)
     assert all(path.is_file() for path in demo.files)
     assert "the truth, named above: torque_offset on joint 1" in repr(demo)
+    assert f"--model {tmp_path / 'model.json'}" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("code", ["import physident", "import physident.cli"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +21,22 @@ def model() -> pid.Estimate:
     return pid.load_estimate(FILES / "model.json")
 
 
+def without_leads(data: Any) -> Any:
+    """JSON without the lead of viscous friction, which these files are older than; it must be none."""
+    if isinstance(data, list):
+        return [without_leads(one) for one in data]
+    if not isinstance(data, dict):
+        return data
+    if data.get("effect") == "viscous_friction" and "lead" in data:
+        assert data["lead"] == 0.0
+        data = {key: value for key, value in data.items() if key != "lead"}
+    return {key: without_leads(value) for key, value in data.items()}
+
+
 def test_model_file_is_saved_as_it_was_read(model: pid.Estimate, tmp_path: Path) -> None:
     model.save(tmp_path / "again.json")
     again, original = (json.loads(path.read_text()) for path in (tmp_path / "again.json", FILES / "model.json"))
+    again = without_leads(again)
     derived = ("violations", "base_parameters")  # computed from the others
     assert {k: v for k, v in again.items() if k not in derived} == {
         k: v for k, v in original.items() if k not in derived
@@ -67,7 +81,7 @@ def test_a_diagnosis_without_the_files_of_its_models_is_read(tmp_path: Path) -> 
 def test_diagnosis_file() -> None:
     text = json.loads((FILES / "diagnosis.json").read_text(encoding="utf-8"))
     record = read_diagnosis(FILES / "diagnosis.json")
-    again = json.loads(json.dumps(record.as_dict()))
+    again = without_leads(json.loads(json.dumps(record.as_dict())))
     # of a file from before these were known
     assert (again.pop("missing_since_before"), again.pop("controlled"), again.pop("wrong_baseline")) == ([], None, [])
     for one in again["findings"]:

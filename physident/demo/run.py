@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +95,9 @@ def _run(folder: Path, seed: int) -> Demo:
     estimate.save(folder / "model.json")
     *now, unseen = (_recorded(truth.arm, folder / name, 10 * seed + 5 + k) for k, name in enumerate((*NOW, UNSEEN)))
     diagnosis = diagnose_motion(estimate, now, [unseen])
+    extended = str(folder / "extended.json") if diagnosis.estimate is not None else None
+    # so that advice, and the command that diagnoses again, can be typed as they are printed
+    diagnosis = replace(diagnosis, model_file=str(folder / "model.json"), extended_file=extended)
     diagnosis.save(folder / "diagnosis.json")
     if diagnosis.estimate is not None:
         diagnosis.estimate.save(folder / "extended.json")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.setup_checks.rows import rows_of
 from studies.setup_checks.arms import Arm, recorded, robot_of
 
 Array = NDArray[np.float64]
@@ -77,6 +78,16 @@ def joints_swapped(arm: Arm, rng: Rng) -> Wrong:
     return _with(arm, lambda r: _reordered(r, order), "joint_order", joints=joints)
 
 
+def joint_turned(arm: Arm, rng: Rng) -> Wrong:
+    """A joint that carries weight turns the other way than its description, position and effort alike."""
+    return _placed(arm, rng, -1.0, 0.0)
+
+
+def joint_zero(arm: Arm, rng: Rng) -> Wrong:
+    """The zero of a joint that carries weight is 90 degrees off."""
+    return _placed(arm, rng, 1.0, float(rng.choice([-0.5, 0.5])) * np.pi)
+
+
 def efforts_reversed(arm: Arm, rng: Rng) -> Wrong:
     """The effort columns are in reverse order."""
     n = arm.robot.n
@@ -124,7 +135,7 @@ def dq_scaled(arm: Arm, rng: Rng) -> Wrong:
 
 
 MISTAKES = (
-    all_signs, one_sign, gains_a_tenth, gains_tenfold, another_robot, efforts_swapped, joints_swapped, efforts_reversed,
+    all_signs, one_sign, gains_a_tenth, gains_tenfold, another_robot, efforts_swapped, joints_swapped, joint_turned, joint_zero, efforts_reversed,
     q_and_dq_swapped, positions_in_degrees, motor_positions, dq_sign, dq_degrees, dq_swapped, dq_scaled,
 )  # fmt: skip
 
@@ -142,6 +153,20 @@ def sister(robot: pid.Robot, length: float = 1.6, mass: float = 2.5) -> pid.Robo
         for key, value in inertia.attrib.items():
             inertia.set(key, f"{mass * length**2 * float(value):.12g}")
     return robot_of(ET.tostring(root, encoding="unicode"))
+
+
+def _placed(arm: Arm, rng: Rng, direction: float, zero: float) -> Wrong:
+    rows = rows_of(arm.robot, arm.recordings)
+    assert rows is not None
+    j = int(rng.choice(np.flatnonzero(rows.strong())))
+    here = np.arange(arm.robot.n) == j
+    sign = np.where(here, direction, 1.0)
+
+    def change(r: pid.Recording) -> pid.Recording:
+        dq = None if r.dq is None else sign * r.dq
+        return replace(r, q=sign * r.q + here * zero, dq=dq, effort=sign * r.effort)
+
+    return _with(arm, change, "joint_place", joints=(j + 1,))
 
 
 def _all(arm: Arm) -> tuple[int, ...]:
