@@ -71,7 +71,7 @@ def test_a_planar_arm_feels_a_tilt_as_a_wrong_zero() -> None:
     c, s = np.cos(0.03), np.sin(0.03)
     tilted.gravity.linear = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) @ model.gravity.linear
     for q in np.random.default_rng(0).uniform(-2, 2, (20, 2)):
-        turned = pin.computeGeneralizedGravity(model, model.createData(), q + [0.03, 0.0])
+        turned = pin.computeGeneralizedGravity(model, model.createData(), q + np.array([0.03, 0.0]))
         pulled = pin.computeGeneralizedGravity(tilted, tilted.createData(), q)
         np.testing.assert_allclose(turned, pulled, atol=1e-9)
 
