@@ -39,7 +39,7 @@ def friction_confounder(before: Sequence[Recording], after: Sequence[Recording])
             f"the arm was at {cold:.0f} degC before and is at {warm:.0f} degC now, which changes friction by itself: compare at one"
             " temperature"
         )
-    early, late = (np.mean([_mean(one.time) for one in group]) for group in groups)
+    early, late = (float(np.mean([_mean(one.time) for one in group])) for group in groups)
     if abs(late - early) <= NOTICEABLE_TIME:
         return ""
     return (
