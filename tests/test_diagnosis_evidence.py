@@ -12,7 +12,7 @@ from physident.diagnosis.problem.baseline_fit import fit_baseline
 from physident.diagnosis.problem.candidates import Candidate, Option
 from physident.diagnosis.problem.folds import blocks, split_into_folds
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
-from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import LeftOutFits, block_costs
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.effect import Column
@@ -99,8 +99,10 @@ def test_a_column_of_the_baseline_has_no_share_and_one_across_it_has_all() -> No
     inside = Baseline((np.column_stack([baseline.joints[0], evidence.joint_columns(0, (0,))]),
                        np.column_stack([baseline.joints[1], evidence.joint_columns(1, (0,))])), np.zeros(6))  # fmt: skip
     one = replace(evidence, candidates=(Candidate("own", (1,), (Option(None, (0,)),)),))
-    assert visible_shares(one, inside, np.ones(N))[0] < 1e-10
-    assert visible_shares(one, Baseline((np.zeros((M, 1)),) * 2, np.ones(1)), np.ones(N))[0] == pytest.approx(1.0)
+    response = evidence.response[:, :, None]
+    for beside, share in ((inside, 0.0), (Baseline((np.zeros((M, 1)),) * 2, np.ones(1)), 1.0)):
+        found = left_out_gains(one, beside, fit_baseline(one, beside), response)
+        assert found.visible[0] == pytest.approx(share, abs=1e-10)
 
 
 def test_folds_are_recordings_from_four_on_else_blocks_with_gaps() -> None:

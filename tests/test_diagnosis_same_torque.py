@@ -107,7 +107,7 @@ def test_the_motion_goes_through_the_recorded_ranges_and_is_no_recording(planar:
     step = made.time[1] - made.time[0]
     np.testing.assert_allclose(np.gradient(made.q, step, axis=0)[1:-1], made.v[1:-1], atol=0.02 * np.abs(made.v).max())
     np.testing.assert_allclose(np.gradient(made.v, step, axis=0)[1:-1], made.a[1:-1], atol=0.05 * np.abs(made.a).max())
-    assert np.abs(np.asarray(np.corrcoef(made.q.T))[0, 1]) < 0.5
+    assert np.abs(np.corrcoef(*made.q.T).min()) < 0.5
 
 
 def test_no_motion_is_designed_for_what_none_can_separate() -> None:

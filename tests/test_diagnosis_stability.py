@@ -80,9 +80,9 @@ def test_what_is_there_is_found_in_every_half_and_what_is_not_in_few(
 ) -> None:
     found = stability_of(first, last, checks(last))
     assert [found[key] for key in TRUE] == [1.0, 1.0]
-    by_chance = found[CHANCE]
-    assert by_chance is not None
-    assert by_chance < STABLE
+    share = found[CHANCE]
+    assert share is not None
+    assert share < STABLE
     assert found == stability_of(first, last, checks(last))  # the seed decides
 
 

@@ -72,6 +72,7 @@ def changed_since(
         g += columns.T @ torque / sigma**2
         scores.append((columns / sigma, torque / sigma))
     labels, memory = _blocks(before, after, pseudo_inverse(H) @ g, scores)
+    white = np.sum([m * columns.T @ columns for m, (columns, _) in zip(memory, scores, strict=True)], axis=0)
     known = set(range(len(problem.model.theta)))
     new = {
         k
@@ -84,7 +85,7 @@ def changed_since(
         inverse = np.zeros_like(H)
         inverse[np.ix_(kept, kept)] = pseudo_inverse(H[np.ix_(kept, kept)])
         x = inverse @ g
-        covariance = inverse @ (_meat(scores, x, labels) + memory * H) @ inverse
+        covariance = inverse @ (_meat(scores, x, labels) + white) @ inverse
         chance = {i: _chance(x, covariance, at, int(labels.max()) + 1) for i, at in places.items()}
         doubtful = [i for i in places if chance[i] >= CERTAIN]
         if not doubtful:
@@ -129,15 +130,14 @@ def _size(columns: Array, torque: Array) -> float:
 
 def _blocks(
     before: Regressor, after: Regressor, x: Array, scores: Sequence[tuple[Array, Array]]
-) -> tuple[NDArray[np.intp], float]:
-    """The block of every row, in time, and how many correlated rows are worth one."""
+) -> tuple[NDArray[np.intp], Array]:
+    """The block of every row, in time, and how many correlated rows of each joint (n,) are worth one."""
     residual = np.column_stack([torque - columns @ x for columns, torque in scores])
     first = len(before.time)
-    memory = max(
-        float(correlation_rows(rows, part).max())
-        for rows, part in ((before, residual[:first]), (after, residual[first:]))
+    memory = np.max(
+        [correlation_rows(rows, part) for rows, part in ((before, residual[:first]), (after, residual[first:]))], axis=0
     )
-    length = max(1, round(BLOCK * memory))
+    length = max(1, round(BLOCK * float(memory.max())))
     labels, at = [], 0
     for rows in (before, after):
         for segment in np.unique(rows.segment):

@@ -131,7 +131,10 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
     """What a candidate makes physically impossible, in words; None where the extended arm can exist."""
-    return physical_contradiction(hypothesis.with_effect(candidate, refine_shape(hypothesis, candidate)))
+    if candidate.key not in hypothesis.contradictions:
+        extended = hypothesis.with_effect(candidate, refine_shape(hypothesis, candidate))
+        hypothesis.contradictions[candidate.key] = physical_contradiction(extended)
+    return hypothesis.contradictions[candidate.key]
 
 
 def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights: Array | None = None) -> Array:

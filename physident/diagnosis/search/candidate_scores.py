@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
-from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.diagnosis.statistics.left_out_gains import LeftOutGains, left_out_gains
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
 
@@ -51,7 +51,7 @@ def rescore_candidates(hypothesis: Hypothesis, before: CandidateScores) -> Candi
         hypothesis=hypothesis,
         gain=scores.evidence[:, 0],
         evidence_without_best_fold=scores.evidence_without_best_fold[:, 0],
-        visible_share=_visible(hypothesis),
+        visible_share=_visible(hypothesis, scores),
         contact=scan_contacts(hypothesis, response),
     )
 
@@ -61,7 +61,7 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
     responses = np.concatenate([data.response[:, :, None], surrogate_responses(hypothesis)], axis=2)
     scores = left_out_gains(data, baseline, fit, responses)
-    visible = _visible(hypothesis)
+    visible = _visible(hypothesis, scores)
     stable, contact = scores.evidence_without_best_fold, scan_contacts(hypothesis, responses)
     return CandidateScores(
         hypothesis=hypothesis,
@@ -75,9 +75,9 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     )
 
 
-def _visible(hypothesis: Hypothesis) -> Array:
+def _visible(hypothesis: Hypothesis, scores: LeftOutGains) -> Array:
     """The share (C,) of each candidate's columns outside the baseline; none of the friction of a joint at rest."""
-    visible = visible_shares(hypothesis.data, hypothesis.baseline, hypothesis.fit.weights)
+    visible = scores.visible.copy()
     visible[[hypothesis.problem.is_friction_of_resting_joint(c) for c in hypothesis.data.candidates]] = 0.0
     return visible
 

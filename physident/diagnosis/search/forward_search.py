@@ -20,7 +20,7 @@ from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.shape_refinement import refine_shape
-from physident.diagnosis.statistics.left_out_gains import left_out_gains, visible_shares
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.effects.catalogue import effect_scope
 from physident.identifiability.visibility import VISIBLE
 
@@ -178,10 +178,9 @@ def _with_smaller(
 def _evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
     """A candidate's evidence without the fold that supports it most; none where it lies inside the baseline."""
     data = replace(hypothesis.data, candidates=(candidate,))
-    if (
-        hypothesis.problem.is_friction_of_resting_joint(candidate)
-        or visible_shares(data, hypothesis.baseline, hypothesis.fit.weights)[0] < VISIBLE
-    ):
+    if hypothesis.problem.is_friction_of_resting_joint(candidate):
         return 0.0
     gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, data.response[:, :, None])
+    if gains.visible[0] < VISIBLE:
+        return 0.0
     return float(gains.evidence_without_best_fold[0, 0])

@@ -44,6 +44,7 @@ class Hypothesis:
     left_out: dict[tuple[str, tuple[int, ...]], Array] = field(
         default_factory=dict, init=False
     )  # residuals, by candidate
+    contradictions: dict[tuple[str, tuple[int, ...]], str | None] = field(default_factory=dict, init=False)
 
     @cached_property
     def left_out_fits(self) -> LeftOutFits:

@@ -23,11 +23,13 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class LeftOutGains:
     """Squared weighted residuals in units of the noise, on rows that were left out: of the baseline, ``before`` (folds, n, S),
-    and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``worth`` (n,) independent samples."""
+    and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``worth`` (n,) independent samples;
+    ``visible`` (candidates,) the largest share over a candidate's shapes of its columns' energy outside the baseline."""
 
     before: Array
     gain: Array
     worth: Array
+    visible: Array
 
     @property
     def evidence(self) -> Array:
@@ -70,13 +72,11 @@ def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Ar
     for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
         before[at], gain[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
     rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOutGains(before, gain, rows / fit.memory)
+    return LeftOutGains(before, gain, rows / fit.memory, _visible_shares(data, baseline, whole))
 
 
-def visible_shares(data: SearchData, baseline: Baseline, weights: Array) -> Array:
+def _visible_shares(data: SearchData, baseline: Baseline, products: _Products) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
-    every = np.ones(len(data.fold), dtype=bool)
-    products = _total(_products(data, baseline, weights, np.zeros((*data.response.shape, 1)), every))
     Z = pseudo_inverse(products.BB + np.diag(baseline.prior)) @ products.BC
     result = np.zeros(len(data.candidates))
     for group, inner in zip(data.groups, products.CC, strict=True):

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
 RANK = 1e-10  # of the largest eigenvalue of the scaled normal matrix, the square of a singular value: below, rounding decides
+DECIDED = 1e-6  # of a scaled matrix's smallest pivot: all eigenvalues then lie far above RANK
 ZERO = 1e-9  # of the largest column: a smaller one is rounding
 
 
@@ -26,7 +27,15 @@ def pseudo_inverse(H: Array) -> Array:
         return H
     size = np.sqrt(np.diag(H))
     size = np.where(size > ZERO * size.max(), size, np.inf)
-    values, vectors = np.linalg.eigh(H / np.outer(size, size))
+    scaled = H / np.outer(size, size)
+    try:  # ten times as fast where every direction is decided
+        L = np.linalg.cholesky(scaled)
+        if L.diagonal().min() ** 2 > DECIDED:
+            root = np.linalg.inv(L).T / size[:, None]
+            return root @ root.T
+    except np.linalg.LinAlgError:
+        pass
+    values, vectors = np.linalg.eigh(scaled)
     kept = values > RANK * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
     return root @ root.T
