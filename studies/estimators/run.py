@@ -60,7 +60,7 @@ def ur10e() -> dict[str, Any]:
         for left_out in range(len(runs)):
             train = [run for i, run in enumerate(runs) if i != left_out]
             estimate, took = timed(robot, train, method, pid.Filter(5.0, 100.0))
-            errors.append(pid.validate(estimate, [runs[left_out]]).relative)
+            errors.append(pid.validate(estimate, [runs[left_out]]).relative_all)
             broken.append(len(estimate.violations))
             seconds.append(took)
             rotor.append(float(estimate.model.parameters("rotor_inertia").min()))
@@ -83,7 +83,7 @@ def ur5() -> dict[str, Any]:
     for name, method in METHODS.items():
         estimate, took = timed(robot, train, method, pid.Filter(8.0))
         results[name] = {
-            "relative_percent": pid.validate(estimate, unseen).relative.tolist(),
+            "relative_percent": pid.validate(estimate, unseen).relative_all.tolist(),
             "violations": len(estimate.violations), "seconds": took,
             "smallest_rotor_inertia": float(estimate.model.parameters("rotor_inertia").min()),
         }  # fmt: skip

@@ -47,13 +47,13 @@ def brief(found: dict[str, Any]) -> dict[str, Any]:
         "question": found["question"],
         "verdict": found["verdict"],
         "findings": [
-            {k: f[k] for k in ("effect", "joints", "gain", "intervals")}
+            {k: f[k] for k in ("effect", "joints", "grade", "takes_percent", "leaves_percent", "stability", "gain", "intervals")}
             | {"parameters": [{k: p[k] for k in ("name", "joint", "value", "interval95", "unit")} for p in f["parameters"]]}
             | {"rivals": [[r["effect"], r["joints"]] for r in f["rivals"]]}
             for f in found["findings"]
         ],
-        "before_percent": found["score"]["before"]["relative_percent"],
-        "after_percent": found["score"]["after"]["relative_percent"],
+        "before_percent": found["score"]["before"]["relative_percent_all"],
+        "after_percent": found["score"]["after"]["relative_percent_all"],
         "scored_on": found["score"]["on"],
         "placebos": [len(found["placebos"]), sum(p["passed"] for p in found["placebos"])],
         "unexplained": [
@@ -63,8 +63,9 @@ def brief(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def named(found: dict[str, Any]) -> str:
-    """The findings' names and joints in one line."""
-    texts = [f"{f['effect']}{' ' + ', '.join(map(str, f['joints'])) if f['joints'] else ''}" for f in found["findings"]]
+    """The causes' names and joints in one line."""
+    causes = [f for f in found["findings"] if f["grade"] == "cause"]
+    texts = [f"{f['effect']}{' ' + ', '.join(map(str, f['joints'])) if f['joints'] else ''}" for f in causes]
     return "; ".join(texts) or "nothing"
 
 

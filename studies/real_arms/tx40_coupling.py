@@ -30,7 +30,7 @@ def study(work: Path) -> tuple[dict[str, Any], list[str]]:
         label: _inside(work, model, files["whole"])
         for label, model in (("default", models["whole"]), ("extended", work / "tx40_whole_answer_extended.json"))
     }
-    unseen = {side: half["score"][side]["relative_percent"] for side in ("before", "after")}
+    unseen = {side: half["score"][side]["relative_percent_all"] for side in ("before", "after")}
     rows = [
         "$ physident identify tx40.csv --robot tx40.urdf --out m.json; physident diagnose --model m.json tx40.csv",
         *shown(whole), "",
@@ -69,7 +69,7 @@ def recordings(work: Path) -> dict[str, Path]:
 def _inside(work: Path, model: Path, recording: Path) -> list[float]:
     target = work / "inside.json"
     ask("validate", "--model", model, recording, "--include-fitted", "--json", target)
-    return json.loads(target.read_text(encoding="utf-8"))["relative_percent"]
+    return json.loads(target.read_text(encoding="utf-8"))["relative_percent_all"]
 
 
 def _draw(inside: dict[str, list[float]], unseen: dict[str, list[float]], path: Path) -> None:

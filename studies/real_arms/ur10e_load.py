@@ -54,7 +54,7 @@ def _draw(answers: dict[str, Any], masses: dict[str, Any], path: Path) -> None:
     at = np.arange(6)
     for k, (label, found) in enumerate(answers.items()):
         for side, shade in (("before", 0.35), ("after", 1.0)):
-            values = found["score"][side]["relative_percent"]
+            values = found["score"][side]["relative_percent_all"]
             errors.plot(at, values, "o-", color=JOINTS[k], alpha=shade, label=f"{label}, {side}")
     errors.set_xticks(at, [str(j + 1) for j in at])
     errors.set(xlabel="joint", ylabel="error on left-out rows [%]", yscale="log", ylim=(1, 900))

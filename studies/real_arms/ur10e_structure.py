@@ -33,7 +33,7 @@ def study(work: Path) -> tuple[dict[str, Any], list[str]]:
     turns, rest = reversals(estimate, loaded), explained(pid.load_estimate(model), estimate, loaded)
     results = {
         "diagnosis": brief(found), "left_out": folds, "left_out_mean": mean, "allowed": ALLOWED,
-        "january": {k: unseen[k]["relative_percent"] for k in ("before", "after")},
+        "january": {k: unseen[k]["relative_percent_all"] for k in ("before", "after")},
         "reversals": turns["table"], "remainder": rest,
     }  # fmt: skip
     rows = [
@@ -68,9 +68,9 @@ def _left_out(work: Path, robot: Path, runs: list[Path], out: int) -> dict[str, 
     return {
         "run": runs[out].name,
         "named": named(found),
-        "before": found["score"]["before"]["relative_percent"],
-        "after": found["score"]["after"]["relative_percent"],
-        "physical": pid.validate(bodies, unseen).relative.tolist(),
+        "before": found["score"]["before"]["relative_percent_all"],
+        "after": found["score"]["after"]["relative_percent_all"],
+        "physical": pid.validate(bodies, unseen).relative_all.tolist(),
         "violated": list(bodies.violations),
         "placebos_passed": sum(p["passed"] for p in found["placebos"]),
     }

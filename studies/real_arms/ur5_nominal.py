@@ -33,7 +33,7 @@ def study(work: Path) -> tuple[dict[str, Any], list[str]]:
     }
     unseen = {name: pid.load_recording(DATA / "ur5" / f"{name}.csv.gz", drive_gains=UR5_GAINS) for name in UNSEEN}
     errors = {
-        name: {label: pid.validate(model, [run]).relative.tolist() for label, model in models.items()}
+        name: {label: pid.validate(model, [run]).relative_all.tolist() for label, model in models.items()}
         for name, run in unseen.items()
     }
     shown_runs = pid.load_recordings([str(p) for p in paths("ur5", *SHOWN)], drive_gains=UR5_GAINS)

@@ -56,7 +56,7 @@ def _diagnosed(model: pid.Model | pid.Estimate, train: pid.Recording, holdout: p
         "question": data["question"],
         "verdict": data["verdict"],
         "findings": [{key: f[key] for key in ("effect", "joints", "parameters", "rivals")} for f in data["findings"]],
-        "relative_before": data["score"]["before"]["relative_percent"],
-        "relative_after": data["score"]["after"]["relative_percent"],
+        "relative_before": data["score"]["before"]["relative_percent_all"],
+        "relative_after": data["score"]["after"]["relative_percent_all"],
         "processor_s": time.process_time() - started,
     }

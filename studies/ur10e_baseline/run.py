@@ -27,7 +27,7 @@ def main() -> None:
         for left_out in range(len(runs)):
             train = [run for i, run in enumerate(runs) if i != left_out]
             estimate = pid.identify(robot, train, method=method)
-            each.append(pid.validate(estimate, [runs[left_out]]).relative)
+            each.append(pid.validate(estimate, [runs[left_out]]).relative_all)
         errors[method] = np.array(each)
     rows = [
         "relative error [%] on the run that was left out, cutoff 5 Hz, moving part; mean over eight runs",

@@ -26,7 +26,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 ROUNDS = 10  # a rest that still changes sides lies at its band's edge, where both sides say the same
-PIECE = 0.25  # s: over so long a joint at rest counts as held by one torque
+PIECE = 0.2  # s: over so long a joint at rest counts as held by one torque
 
 
 def settle_rests(

@@ -38,6 +38,9 @@ def with_transitions(
     places = [i for i, e in enumerate(effects) if isinstance(e, CoulombFriction) and e.smoothing is None]
     if not places:
         return effects, regressor
+    if regressor.counted.sum() < len(regressor.columns):  # rows that fit anything show no width
+        dry = [replace(e, smoothing=0.0) if i in places else e for i, e in enumerate(effects)]
+        return tuple(dry), regressor
     weights = row_weights(robot, effects, regressor, signals, filter)
     found = list(effects)
     for place in places:
