@@ -73,7 +73,7 @@ def test_the_answer_comes_first_and_numbers_are_those_of_the_diagnosis(folder: P
         assert shown, row.text
         np.testing.assert_allclose([float(x) for x in shown.groups()], sizes, rtol=6e-3)
         widths = [float(re.findall(r"width:([\d.]+)%", bar.attributes["style"])[0]) for bar in row.all("i")]
-        relative = [data["score"][key]["relative_percent"][j] for key in ("before", "after")]
+        relative = [data["score"][key]["relative_percent_all"][j] for key in ("before", "after")]
         assert widths[0] / widths[1] == pytest.approx(relative[0] / relative[1], rel=0.01)
     (card,) = page.all("article")
     (value,) = data["findings"][0]["parameters"]

@@ -88,6 +88,8 @@ def test_diagnosis_file() -> None:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
         assert one.pop("in_words") == ""
+    for errors in (again["score"]["before"], again["score"]["after"]):
+        errors["relative_percent"] = errors.pop("relative_percent_all")
     assert again == text
     (finding,) = record.findings
     assert (finding.effect, finding.joints) == ("presliding_hysteresis", (1,))

@@ -87,14 +87,15 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class JointErrors:
-    """Error of one model: ``rms`` (n,) [N m|N] and ``relative`` (n,) [%]."""
+    """Error of one model over all rows: ``rms`` (n,) [N m|N] and ``relative`` (n,) [%], with the friction of joints at rest at
+    the value inside its band that serves the model best."""
 
     rms: Array
     relative: Array
 
     def as_dict(self) -> dict[str, Any]:
         """The error as JSON can hold it."""
-        return {"rms": self.rms.tolist(), "relative_percent": self.relative.tolist()}
+        return {"rms": self.rms.tolist(), "relative_percent_all": self.relative.tolist()}
 
 
 @dataclass(frozen=True)

@@ -80,8 +80,10 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
 
 
 def _errors(entry: Any, where: str) -> JointErrors:
+    """Errors of one model; those of a file from before rests were told apart are of all rows too."""
     data = READER.read(dict, entry, where)
-    values = (READER.read(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", "relative_percent"))
+    name = "relative_percent_all" if "relative_percent_all" in data else "relative_percent"
+    values = (READER.read(tuple[float, ...], data[key], f"{where}.{key}") for key in ("rms", name))
     return JointErrors(*(np.array(v) for v in values))
 
 
