@@ -214,8 +214,11 @@ def found_on_real_arms() -> str:
 
 
 def named(findings: list[dict[str, Any]]) -> str:
-    """Names and joints of findings."""
-    texts = [f"`{f['effect']}`" + (f" ({joints(f['joints'])})" if f["joints"] else "") for f in findings]
+    """Names and joints of the causes among findings, and in how many of 20 searches the first was found."""
+    causes = [f for f in findings if f["grade"] == "cause"]
+    texts = [f"`{f['effect']}`" + (f" ({joints(f['joints'])})" if f["joints"] else "") for f in causes]
+    if len(causes) == 1 and causes[0]["stability"] is not None:
+        texts[0] += f", found in {round(20 * causes[0]['stability'])} of 20 searches"
     return ", ".join(texts) or "nothing"
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import re
 import sys
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -29,7 +31,7 @@ def ask(*arguments: object) -> str:
         code = run(words)
     if code:
         sys.exit(f"physident {' '.join(words)}: exit code {code}\n{warned.getvalue()}")
-    return said.getvalue()
+    return re.sub(rf"{re.escape(tempfile.gettempdir())}/[^/\s]+/", "", said.getvalue())  # the study's own folder
 
 
 def diagnose(work: Path, name: str, model: Path, recordings: Iterable[Path], *options: object) -> dict[str, Any]:

@@ -54,7 +54,9 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Findin
     index = [j - 1 for j in finding.joints] or list(range(len(expected)))
     weights = 1 / hypothesis.fit.sigma[index] ** 2
     problem = hypothesis.problem
-    counted = problem.regressor.counted  # errors are those of rows weighted by what their rests leave open, so the noise is too
+    counted = (
+        problem.regressor.counted
+    )  # errors are those of rows weighted by what their rests leave open, so the noise is too
     trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
     right = float(np.sum(weights * trusted[index] * expected[index] ** 2) / np.sum(weights))
     takes = max(0.0, finding.gain.rms_before**2 - finding.gain.rms_after**2)

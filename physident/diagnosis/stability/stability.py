@@ -30,10 +30,16 @@ def stability_of(
     first: CandidateScores, last: CandidateScores, checks: Sequence[RivalCheck]
 ) -> dict[Key, float | None]:
     """For each accepted effect the share of 20 searches on halves that find it or a rival; None for a contact, which belongs to
-    one time, and where the recordings are too short to be halved. Halves are searched for what the ``first`` scores could see."""
+    one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
+    too short to be halved. Halves are searched for what the ``first`` scores could see."""
     hypothesis = last.hypothesis
     result: dict[Key, float | None] = {check.accepted.candidate.key: None for check in checks}
-    checks = [check for check in checks if check.accepted.candidate is not CONTACT]
+    ordinary = {one.candidate.key for one in hypothesis.problem.missing_default_effects}
+    checks = [
+        check
+        for check in checks
+        if check.accepted.candidate is not CONTACT and check.accepted.candidate.key not in ordinary
+    ]
     if not checks:
         return result
     shares = zip(first.hypothesis.data.candidates, first.visible_share, strict=True)
