@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
@@ -107,10 +106,3 @@ def test_rests_at_the_edge_of_the_band_are_equations(arm: pid.Robot) -> None:
     sides = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     edge, inside = (np.mean([friction_of(identified(arm, k * sides, seed=s))[1] for s in range(3)]) for k in (1.0, 0.5))
     assert edge < inside
-
-
-def test_a_file_of_rests_gives_the_same_model_again(arm: pid.Robot, tmp_path: Path) -> None:
-    estimate = identified(arm, np.linspace(-1, 1, 10))
-    estimate.save(tmp_path / "model.json")
-    again = pid.load_estimate(tmp_path / "model.json")
-    np.testing.assert_array_equal(again.theta, estimate.theta)

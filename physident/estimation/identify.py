@@ -81,16 +81,18 @@ def identify(
     _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
         signals, regressor = settle_rests(robot, settled, regressor, signals, filter)
-    rows, estimate = regressor, None
-    for _ in range(SIDES):
+    rows, sides = regressor, 0
+    while True:
         if not isinstance(estimator, OLS):
             rows = weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter))
         estimate = estimate_from(robot, settled, rows, recordings, estimator, filter, columns)
+        sides += 1
+        if isinstance(estimator, OLS) or sides == SIDES:
+            break
         held = hold_rests(estimate.model, signals)
-        if isinstance(estimator, OLS) or same_sides(signals, held):
+        if same_sides(signals, held):
             break
         signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
-    assert estimate is not None
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
 
