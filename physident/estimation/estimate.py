@@ -93,6 +93,7 @@ class Estimate(EstimatedModel):
             "warnings": list(self.warnings),
             "base_parameters": self._base_parameters(),
             "covariance": self.covariance.tolist(),
+            "information": None if self.information is None else self.information.tolist(),
             "sigma": self.sigma.tolist(),
             "relative_percent": self.relative.tolist(),
             "effective_samples": self.effective_samples.tolist(),

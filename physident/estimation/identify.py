@@ -26,7 +26,7 @@ from physident.estimation.robust import robust_least_squares
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.estimation.sizing import unsized_parameters
-from physident.estimation.weighting import weight_rows
+from physident.estimation.weighting import information_in, weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
@@ -166,6 +166,7 @@ def estimate_from(
             model=Model(robot, effects, physical.theta),
             estimator=estimator,
             covariance=physical.covariance,
+            information=information_in(regressor, base, physical.sigma, physical.effective_samples),
             sigma=physical.sigma,
             relative=_relative(regressor, physical.theta),
             effective_samples=physical.effective_samples,
@@ -188,6 +189,7 @@ def estimate_from(
         model=Model(robot, effects, theta),
         estimator=estimator,
         covariance=solution.covariance,
+        information=information_in(regressor, base, solution.sigma, solution.effective_samples),
         sigma=solution.sigma,
         relative=_relative(regressor, theta),
         effective_samples=solution.effective_samples,
