@@ -37,7 +37,7 @@ from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.dry_friction.transition_width import model_with_transitions
-from physident.estimation.estimate import Estimate
+from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
@@ -118,7 +118,7 @@ def diagnose_motion(
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
     control = _control(estimate, before, question)
-    complete = None
+    original, complete = as_estimate(model, used_filter), None
     if estimate and control and before is None:
         complete = complete_model(estimate, control, seed, progress)
         model = estimate = complete.estimate
@@ -138,7 +138,8 @@ def diagnose_motion(
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     expected = expected_error(hypothesis, estimate, floor)
-    findings, since_before = _apart(hypothesis, graded(hypothesis, found_effects, expected), alike)
+    every = graded(hypothesis, found_effects, expected, controlled=bool(control))
+    findings, since_before = _apart(hypothesis, every, alike)
     findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
     findings = single_cause(findings) if found.overfull else findings
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
@@ -146,8 +147,12 @@ def diagnose_motion(
     if sure.accepted:
         errors = uncertainty if len(sure.accepted) == len(hypothesis.accepted) else uncertainty_of(sure)
         extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
+    elif complete and complete.findings:
+        extended = replace(complete.estimate, layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
-    error_before, error_after = errors_before_and_after(found.first.hypothesis, sure, extended, holdout)
+    error_before, error_after = errors_before_and_after(
+        original, found.first.hypothesis, sure, extended, with_torque, holdout
+    )
     return Diagnosis(
         question=question,
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
@@ -174,7 +179,7 @@ def diagnose_motion(
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
         warnings=warnings,
-        model_file=estimate.path if estimate else None,
+        model_file=original.path,
     )
 
 
