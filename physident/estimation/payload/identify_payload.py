@@ -18,6 +18,7 @@ from physident.estimation.dry_friction.row_weights import dry_level, known_rows,
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.least_squares import Solution, least_squares, solve_step
+from physident.estimation.payload.friction_of_the_day import refit_friction
 from physident.estimation.payload.gain_change import find_gain_change
 from physident.estimation.payload.load_regressor import all_independent, load_regressor, solid_load
 from physident.estimation.payload.payload import Payload
@@ -76,6 +77,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         visible=bool(free.base[0] > t_quantile(free.blocks) * np.sqrt(covariance[0, 0])),
         scale=_scale(converted),
         gain_change=find_gain_change(estimate, whole, load, free.sigma),
+        friction_of_the_day=refit_friction(model, whole, load, free.sigma),
         recordings=tuple(recording.source for recording in recordings),
     )
 

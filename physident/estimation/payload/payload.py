@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.estimation.payload.friction_of_the_day import FrictionOfTheDay
 from physident.estimation.payload.gain_change import GainChange
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre
 
 Array = NDArray[np.float64]
-LEFT = 2.0  # times the arm's own residual: another day or temperature leaves less
+LEFT = (
+    2.0  # times the arm's own residual, with friction fitted anew: a healthy arm leaves less on recordings of its own
+)
 LEVEL = 0.999  # of the test that all joints state one mass
 APART = 0.1  # of the mass: errors of joints are themselves estimates, and smaller differences need not matter
 
@@ -26,7 +29,8 @@ class Payload:
     its standard error, NaN where the load's torque is too small. ``sigma`` (n,) [N m|N]: RMS residual with the load,
     ``sigma_without_load`` (n,) without it, ``arm_sigma`` (n,) that of the arm's model on its own recordings, all with rows
     weighted by how well the sign of friction is known in them. ``visible``: whether the torques show a load at all;
-    ``scale`` says what the mass is proportional to, ``gain_change`` which drive gain differs most from the model's.
+    ``scale`` says what the mass is proportional to, ``gain_change`` which drive gain differs most from the model's,
+    ``friction_of_the_day`` what mass and residual are with friction fitted anew.
     """
 
     parameters: Array
@@ -40,6 +44,7 @@ class Payload:
     visible: bool
     scale: str
     gain_change: GainChange
+    friction_of_the_day: FrictionOfTheDay
     recordings: tuple[str, ...]
 
     @property
@@ -60,13 +65,20 @@ class Payload:
     @property
     def contradictions(self) -> tuple[str, ...]:
         """Why the intervals cannot be believed, in words; empty where they can."""
-        found = []
+        found, day = [], self.friction_of_the_day
         known = self.arm_sigma > 0
-        ratio = float(np.sqrt(np.mean((self.sigma[known] / self.arm_sigma[known]) ** 2))) if known.any() else 0.0
+        ratio = float(np.sqrt(np.mean((day.sigma[known] / self.arm_sigma[known]) ** 2))) if known.any() else 0.0
         if ratio > LEFT:
             found.append(
-                f"with the load the residual is {ratio:.2g} times that of the arm's model on its own recordings:"
-                " the arm, the load or its mounting changed"
+                f"with the load, and with new friction, the residual is {ratio:.2g} times that of the arm's model on its own"
+                " recordings: the arm, the load or its mounting changed"
+            )
+        if self.visible and (
+            day.mass_interval[0] > self.mass_interval[1] or day.mass_interval[1] < self.mass_interval[0]
+        ):
+            found.append(
+                f"with new friction the mass would be {day.mass:.3g} kg: friction changed since the arm's model was"
+                " identified; record the arm without load on the same day"
             )
         if self.visible and (apart := self._apart()) is not None:
             found.append(
