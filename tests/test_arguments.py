@@ -165,8 +165,8 @@ def test_a_message_names_the_argument_what_came_and_what_was_expected(things: di
         lambda: pid.load_recording("a.csv", robot): "load_recording: columns is a Robot, expected text, a ColumnLayout or None",
         lambda: pid.identify(things["recording"], robot): "identify: robot is a Recording, expected a Robot, text or a path",
         lambda: pid.identify(robot): "identify: missing a required argument: 'recordings'; expected identify(robot, recordings, effects, method, filter, columns)",
-        lambda: pid.prepare([things["recording"]], things["filter"]): "prepare: recording is a list of Recording, expected a Recording",
-        lambda: pid.load_robot(["ur5"]): "load_robot: source is a list of str, expected text or a path",
+        lambda: pid.prepare(things["recordings"], things["filter"]): "prepare: recording is a list of Recording, expected a Recording",
+        lambda: pid.load_robot(things["texts"]): "load_robot: source is a list of str, expected text or a path",
         lambda: pid.random_trajectory(robot, seed=-1): "random_trajectory: seed is -1, expected a whole number from 0 to 2^64",
     }.items():  # fmt: skip
         with pytest.raises(pid.InputError) as error:
@@ -182,5 +182,6 @@ def test_names_and_single_ones_stand_for_what_they_name(things: dict[str, Any], 
     physical = pid.identify(things["robot"], recording, method=pid.Physical(resamples=0))
     of_estimate, of_model = (pid.simulate(one, plan, seed=1) for one in (physical, physical.model))
     np.testing.assert_array_equal(of_estimate.effort, of_model.effort)
-    gravity = pid.load_robot("ur5", np.array([0.0, 0.0, -1.62])).gravity
+    lunar: Any = np.array([0.0, 0.0, -1.62])
+    gravity = pid.load_robot("ur5", lunar).gravity
     assert gravity == pid.load_robot("ur5", [0, 0, -1.62]).gravity

@@ -48,8 +48,8 @@ def check_setup(robot: Robot | str | Path | None, recordings: Recordings) -> tup
     return tuple(sorted(found, key=lambda finding: not finding.void))
 
 
-def warn_of_setup(robot: Robot, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Warn of everything that is wrong with a set-up, and return what was said."""
+def warn_of_setup(robot: Robot | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Warn of everything that is wrong with a set-up, or, without a robot, between the channels; return what was said."""
     texts = tuple(str(finding) for finding in check_setup(robot, recordings) if not finding.note)
     for text in texts:
         warn(text)

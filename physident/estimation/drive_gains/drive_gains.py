@@ -32,6 +32,7 @@ from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
 from physident.robots.load import as_robot
 from physident.robots.robot import Robot
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -137,6 +138,7 @@ def identify_drive_gains(
     robot = as_robot(robot)
     unloaded, loaded = (as_recordings(given, robot) for given in (unloaded, loaded))
     _check(unloaded, loaded, load_mass, method)
+    warn_of_setup(None, [*unloaded, *loaded])
     effects = make_effects(effects)
     if dependent := [effect.name for effect in effects if effect.needs_model]:
         raise InputError(

@@ -30,6 +30,7 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -58,6 +59,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         raise InputError(
             "the model has no rigid_body effect, so no link that could carry a load; identify one with it in --effects"
         )
+    warn_of_setup(None, recordings)
     converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in recordings]
     signals = prepare_all(model.robot, converted, estimate.filter)
     whole, load, free = _free_load(estimate, signals)
