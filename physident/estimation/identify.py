@@ -33,7 +33,7 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
-from physident.robots.load import load_robot
+from physident.robots.load import as_robot
 from physident.robots.robot import Robot
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
@@ -66,7 +66,7 @@ def identify(
     not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
-    robot = robot if isinstance(robot, Robot) else load_robot(robot)
+    robot = as_robot(robot)
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
