@@ -30,6 +30,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "testing",
     "setup_checks",
     "estimation",
     "validation",
