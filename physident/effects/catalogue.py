@@ -19,6 +19,13 @@ from physident.effects.friction import (
     ViscousFriction,
 )
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.learned.curves import (
+    LearnedLoad,
+    LearnedPosition,
+    LearnedPositionFriction,
+    LearnedTime,
+    LearnedVelocity,
+)
 from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.payload import LinkInertia, Payload
@@ -56,6 +63,11 @@ CATALOGUE: dict[str, Any] = {
         GravityMagnitude,
         JointZeroOffset,
         Contact,
+        LearnedPosition,
+        LearnedPositionFriction,
+        LearnedVelocity,
+        LearnedLoad,
+        LearnedTime,
     )
 }
 DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")

@@ -54,6 +54,7 @@ class Family(Enum):
     MEASUREMENT = "measurement"
     MOUNTING = "mounting"
     CONTACT = "contact"
+    LEARNED = "learned"
 
 
 class Scope(Enum):
@@ -87,10 +88,11 @@ class Scope(Enum):
 
 
 class Detection(Enum):
-    """How a diagnosis searches for an effect: at each of its places, in windows of time, or not at all."""
+    """How a diagnosis searches for an effect: at each of its places, in windows of time, after all others, or not at all."""
 
     BY_PLACE = "at each of its places"
     BY_TIME = "in windows of time"
+    AFTER_LAWS = "where the laws of the catalogue leave structure"
     NEVER = "never, because other effects describe its changes"
 
 

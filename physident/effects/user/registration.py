@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.util
 import inspect
 import sys
@@ -36,7 +35,10 @@ def add_effect(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
             raise InputError(f"{where} states no {field}; expected {field} = {_EXAMPLE[field]}")
     if missing := sorted(effect.__abstractmethods__):
         raise InputError(f"{where} lacks {', '.join(missing)}; expected every method of its base class")
-    if not (dataclasses.is_dataclass(effect) and effect.__dataclass_params__.frozen):  # pyright: ignore[reportAttributeAccessIssue]
+    settings = vars(effect).get(
+        "__dataclass_params__"
+    )  # of the class itself: fields of its own would not be found else
+    if settings is None or not settings.frozen:
         raise InputError(f"{where} is no frozen dataclass; expected @dataclass(frozen=True) above it")
     known = catalogue.get(name)
     if known not in (None, effect) and known.origin != origin:
@@ -105,5 +107,7 @@ def _line(error: BaseException, file: Path) -> str:
     """Where in the file an error arose: "line 3: "."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}: " if error.lineno else ""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename) == file]
+    frames = [
+        frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).resolve() == file.resolve()
+    ]
     return f"line {frames[-1].lineno}: " if frames else ""
