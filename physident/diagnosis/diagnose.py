@@ -14,6 +14,7 @@ from physident.diagnosis.grading.control import changed_since, control_recording
 from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
 from physident.diagnosis.grading.members import members
+from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -116,7 +117,8 @@ def diagnose_motion(
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
-    found = search_effects(problem, progress)
+    found = learn_curves(search_effects(problem, progress), progress)
+    problem = found.last.hypothesis.problem
     placebos = _placebos(found.last)
     _refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))

@@ -40,9 +40,7 @@ from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
-SIDES = (
-    3  # times that an estimator may choose the sides of rests anew: those that still change lie at their band's edge
-)
+SIDES = 3  # times that an estimator may choose the sides of rests anew: others lie at their band's edge
 
 
 @one_thread

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
@@ -113,8 +113,12 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: 
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     columns = [hypothesis.problem.columns(a.effect, hypothesis.model) for a in group]
     joined = [np.column_stack(parts) for parts in zip(*columns, strict=True)]
+    prior = np.concatenate(
+        [np.full(c[0].shape[1], prior_precision(a.effect)) for a, c in zip(group, columns, strict=True)]
+    )
     before, after = (
-        block_costs(rest.left_out_fits.residual(options), weights, labels)[:, indices] for options in ([], [joined])
+        block_costs(rest.left_out_fits.residual(options, [prior] * len(options)), weights, labels)[:, indices]
+        for options in ([], [joined])
     )
     rows = np.count_nonzero(labels >= 0) * np.sum(weights[indices] ** 2)
     sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]

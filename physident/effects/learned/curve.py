@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.effects.classification import Column, Detection, Family
 from physident.effects.effect import Array, Effect, array_source
@@ -67,7 +68,7 @@ class LearnedCurve(Effect):
         """The place of quantities (k, N) on a scale from 0 to 1 between ``low`` and ``high`` (k, 1), monotone."""
         return (np.clip(x, low, high) - low) / (high - low)
 
-    def circles(self, robot: Robot) -> Array:
+    def circles(self, robot: Robot) -> NDArray[np.bool_]:
         """Which of its joints (k,) turn freely, so that their curve repeats with each turn."""
         return np.zeros(len(self.active(robot)), dtype=bool)
 
@@ -154,12 +155,12 @@ class LearnedCurve(Effect):
             last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
             unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
             found.append(
-                f"joint {j + 1}: a torque that depends on {self.described}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
+                f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
                 f" {x[last]:.2g} {self.quantity_unit}"
             )
         return "; ".join(found)
 
-    described: ClassVar[str] = "position"  # its quantity, in a sentence
+    dependence: ClassVar[str] = "position"  # its quantity, in a sentence
 
     # export
 
@@ -177,7 +178,7 @@ class LearnedCurve(Effect):
         total = " + ".join(terms)
         return f"{self.factor} * ({total})" if self.factor else f"({total})"
 
-    def _place_source(self, robot: Robot, circles: Array) -> str:
+    def _place_source(self, robot: Robot, circles: NDArray[np.bool_]) -> str:
         """Where its quantity lies among the splines, joint by joint."""
         joints = self.active(robot)
         low, high, circle = np.zeros(robot.n), np.ones(robot.n), np.zeros(robot.n)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
@@ -35,7 +36,7 @@ class LearnedPosition(LearnedCurve):
     def quantity_source(self, robot: Robot) -> str:
         return "q"
 
-    def circles(self, robot: Robot) -> Array:
+    def circles(self, robot: Robot) -> NDArray[np.bool_]:
         joints = self.active(robot)
         turns = np.array([robot.joints[j].kind == "revolute" for j in joints], dtype=bool)
         return turns & ~np.isfinite(robot.lower[joints]) & ~np.isfinite(robot.upper[joints])
@@ -51,7 +52,7 @@ class LearnedPositionFriction(LearnedPosition):
     mistaken_for: ClassVar[str] = "load_dependent_friction: move through one position with two loads"
     dry: ClassVar[bool] = True
     factor: ClassVar[str] = SMOOTH_SIGN_SOURCE
-    described: ClassVar[str] = "position and opposes the motion"
+    dependence: ClassVar[str] = "position and opposes the motion"
 
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
         return sign_of_velocity(signals, joints)
@@ -72,7 +73,7 @@ class LearnedVelocity(LearnedCurve):
     mistaken_for: ClassVar[str] = "stribeck_friction or nonlinear_viscous_friction: move at five speeds or more"
     pieces: ClassVar[int] = 16
     quantity_unit: ClassVar[str] = "rad/s"
-    described: ClassVar[str] = "velocity"
+    dependence: ClassVar[str] = "velocity"
 
     def quantity(self, signals: Signals) -> Array | None:
         return signals.v
@@ -113,7 +114,7 @@ class LearnedLoad(LearnedCurve):
     needs_model: ClassVar[bool] = True
     pieces: ClassVar[int] = 12
     quantity_unit: ClassVar[str] = "N m"
-    described: ClassVar[str] = "the load"
+    dependence: ClassVar[str] = "the load"
     middle: ClassVar[tuple[float, float]] = (-100.0, 100.0)
 
     def quantity(self, signals: Signals) -> Array | None:
@@ -144,7 +145,7 @@ class LearnedTime(LearnedCurve):
     mistaken_for: ClassVar[str] = "warm_up: friction that drifts changes its sign with the motion"
     pieces: ClassVar[int] = 12
     quantity_unit: ClassVar[str] = "s"
-    described: ClassVar[str] = "time"
+    dependence: ClassVar[str] = "time"
     middle: ClassVar[tuple[float, float]] = (0.0, 100.0)
 
     def quantity(self, signals: Signals) -> Array | None:

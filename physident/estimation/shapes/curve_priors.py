@@ -129,7 +129,8 @@ class _Folds:
         columns = np.array([c for c in base.independent if c in set(wanted)], dtype=np.intp)
         Y = regressor.Y[:, :, columns]
         if noise is None:
-            sigma = np.sqrt((regressor.torque**2).mean(axis=0))
+            residual = regressor.torque
+            sigma = np.sqrt((residual**2).mean(axis=0))
             for _ in range(ROUNDS):
                 A = (Y / sigma[:, None]).reshape(-1, len(columns))
                 x = np.linalg.lstsq(A, (regressor.torque / sigma).ravel(), rcond=1e-9)[0]
