@@ -18,7 +18,7 @@ from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.weighting import weight_rows
 
 Array = NDArray[np.float64]
-AMPLITUDES = (1.0, 10.0, 100.0)  # times what a joint's fit leaves: of a steady drift, of a bend, of a bump
+AMPLITUDES = (1.0, 5.0, 25.0)  # times what a joint leaves: of a steady drift, of a bend, of a bump
 PLACEBO = "placebo_curve"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.learned.describe import curve_band, nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
@@ -64,6 +65,9 @@ def _finding(
     sentences = [
         one.effect.in_words(model.robot, model.theta[places[hypothesis.accepted.index(one)]]) for one in accepted
     ]
+    laws = [nearest_law(hypothesis, one) for one in accepted]
+    sentences = ["; ".join(filter(None, pair)) for pair in zip(sentences, laws, strict=True)]
+    bands = [curve_band(hypothesis, one, uncertainty) for one in accepted]
     texts = [
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
@@ -81,6 +85,7 @@ def _finding(
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
         in_words=" ".join(filter(None, sentences)),
+        curves=tuple(band for band in bands if band is not None),
         stability=min(shares) if shares else None,
         doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),
     )

@@ -28,6 +28,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "doubts": [],
     "confounder": "",
     "in_words": "",
+    "curves": [],
 }
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file

@@ -40,7 +40,7 @@ class LearnedCurve(Effect):
     family: ClassVar[Family] = Family.LEARNED
     detection: ClassVar[Detection] = Detection.AFTER_LAWS
     settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude")
-    pieces: ClassVar[int] = 24  # of its splines: what is narrower than two of them is not seen
+    pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
     quantity_unit: ClassVar[str] = "rad"
     middle: ClassVar[tuple[float, float]] = (-1.0, 1.0)  # a range where no recordings give one
     factor: ClassVar[str] = ""  # what its torque is multiplied by, in the exported formula

@@ -1,8 +1,9 @@
 """Smooth functions on an interval or a circle, from the smoothest on: the modes of uniform cubic B-splines.
 
-A curve is a sum of modes. Each is scaled by its roughness, the integral of its squared second derivative, so that one standard
-deviation for all of them is the prior of a smoothing spline (Wahba, "Spline models for observational data" (1990), sec. 1.5). No mode
-has a mean: a constant belongs to other effects. A straight line counts as rough as the first curve that bends.
+A curve is a sum of modes. Each is scaled so that one standard deviation for all of them is the prior of a curve which forgets over a
+certain length (Matern's of smoothness 3/2; Rasmussen and Williams, "Gaussian processes for machine learning" (2006), sec. 4.2.1):
+where nothing was recorded it returns to zero, and what is much finer than that length must be shown by the more rows. No mode has a
+mean: a constant belongs to other effects.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+WAVES = np.pi  # wave number over the whole range, of half a wave: over a third of its range a curve forgets
 
 
 def mode_count(pieces: int) -> int:
@@ -30,22 +32,20 @@ def bumps(t: Array, pieces: int) -> Array:
 def modes(pieces: int, circle: bool) -> Array:
     """Coefficients (pieces + 3, modes) of the B-splines in each mode, from the smoothest on.
 
-    Of the size one, as root mean square over the interval or the circle, is the first; the others fall as the square root of their
-    roughness rises.
+    The root mean square of a mode over the interval or the circle is WAVES^2 / (WAVES^2 + k^2), k its wave number.
     """
     folded = _folded(pieces) if circle else np.eye(pieces + 3)
     size, rough = (folded.T @ matrix @ folded for matrix in _products(pieces))
     root = np.linalg.inv(np.linalg.cholesky(size)).T
     energy, vectors = np.linalg.eigh(root.T @ rough @ root)
-    free = 1 if circle else 2  # a constant; and a line, which does not bend
-    first = energy[free]
-    found = root @ vectors
-    if not circle:
-        line = np.linalg.lstsq(found[:, :2], np.arange(-1.0, pieces + 2) - pieces / 2, rcond=None)[0]
-        line = found[:, :2] @ line
-        found[:, 1], energy[1] = line / np.sqrt(line @ size @ line), first
-    scaled = found[:, 1:] * np.sqrt(first / np.maximum(energy[1:], first))
-    scaled = folded @ scaled[:, : mode_count(pieces)]
+    found, squares = (
+        root @ vectors,
+        np.sqrt(np.maximum(energy, 0.0)),
+    )  # the roughness of a wave is the fourth power of k
+    if not circle:  # a constant and a line bend no more than each other: the line is half a wave
+        line = np.arange(-1.0, pieces + 2) - pieces / 2
+        found[:, 1], squares[1] = line / np.sqrt(line @ size @ line), np.pi**2
+    scaled = folded @ (found * WAVES**2 / (WAVES**2 + squares))[:, 1 : mode_count(pieces) + 1]
     scaled.setflags(write=False)
     return scaled
 
@@ -65,4 +65,4 @@ def _products(pieces: int) -> tuple[Array, Array]:
     value = bumps(t, pieces)
     distance = np.abs(t - np.arange(-1.0, pieces + 2)[:, None])
     bent = np.maximum(2 - distance, 0.0) - 4 * np.maximum(1 - distance, 0.0)
-    return (value * w) @ value.T, (bent * w) @ bent.T
+    return (value * w) @ value.T, (bent * w) @ bent.T * pieces**4

@@ -30,10 +30,7 @@ AMPLITUDES = (
     10.0,
     30.0,
 )  # times what is left without curves: finer steps change no prediction
-FOLDS = (
-    3,
-    8,
-)  # from so many recordings on they are left out in turn, because one repeats its motion; and so many parts are
+FOLDS = 8  # parts that are left out in turn
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 SWEEPS = 2
 ROUNDS = 3  # of noise and prior, each given the other
@@ -61,7 +58,7 @@ def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) ->
 
 
 def with_amplitudes(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> tuple[Effect, ...]:
-    """The effects with the amplitude of each curve that has none, joint by joint, by left-out recordings or blocks."""
+    """The effects with the amplitude of each curve that has none, joint by joint, by left-out blocks."""
     curves = [i for i, effect in enumerate(effects) if getattr(effect, "amplitude", 0) is None]
     if not curves:
         return tuple(effects)
@@ -166,8 +163,7 @@ class _Folds:
 
 
 def _labels(regressor: Regressor, memory: float) -> NDArray[np.intp]:
-    """Which rows are left out together: a recording from three on, else blocks dealt in turn."""
-    if len(np.unique(regressor.recording)) >= FOLDS[0]:
-        return regressor.recording % FOLDS[1]
-    length = min(int(np.ceil(MEMORIES * memory)), max(1, len(regressor.segment) // FOLDS[1]))
-    return block_labels(regressor.segment, length) % FOLDS[1]
+    """Which rows are left out together: blocks dealt in turn. A whole recording may show what no other does, and no curve could
+    predict it."""
+    length = min(int(np.ceil(MEMORIES * memory)), max(1, len(regressor.segment) // FOLDS))
+    return block_labels(regressor.segment, length) % FOLDS
