@@ -21,15 +21,8 @@ from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-AMPLITUDES = (
-    0.03,
-    0.1,
-    0.3,
-    1.0,
-    3.0,
-    10.0,
-    30.0,
-)  # times what is left without curves: finer steps change no prediction
+# times what is left without curves: finer steps change no prediction
+AMPLITUDES = (0.03, 0.3, 1.0, 3.0, 10.0, 30.0)
 FOLDS = 8  # parts that are left out in turn
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 SWEEPS = 2
