@@ -31,6 +31,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "testing",
     "setup_checks",
     "estimation",
     "validation",

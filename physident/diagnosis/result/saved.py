@@ -28,6 +28,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "doubts": [],
     "confounder": "",
     "in_words": "",
+    "curves": [],
 }
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file
@@ -117,7 +118,10 @@ def _check(c: DiagnosisRecord) -> None:
     named_effects = (*c.findings, *c.missing_since_before)
     for effect in [*(f.effect for f in named_effects), *(r.effect for f in named_effects for r in f.rivals)]:
         if effect not in CATALOGUE:
-            raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
+            raise InputError(
+                f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version, or --effects-from with the file"
+                " that defines the effect"
+            )
     joints = [j for one in (*named_effects, *c.unseen) for j in one.joints]
     if wrong := [
         j for j in (*joints, *c.incomplete, *c.wrong_baseline, *(r.joint for r in c.unexplained)) if not 1 <= j <= n
