@@ -99,7 +99,7 @@ def _fits(value: object, hint: Any) -> bool:
     kinds = get_args(hint) if union else (hint,)
     if isinstance(value, str):  # a text is no list of texts
         kinds = [kind for kind in kinds if not _is_list(kind)]
-    if np.ndarray not in map(get_origin, kinds):
+    if not any(get_origin(kind) is np.ndarray for kind in kinds):
         value = _plain(value)
     if isinstance(value, list | tuple):  # of what can be walked through once only, the items are not looked at
         kinds = [Sequence[get_args(kind)[0]] if _is_list(kind) else kind for kind in kinds]

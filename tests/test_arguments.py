@@ -8,7 +8,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -160,11 +160,11 @@ def test_every_call_works_or_says_in_one_line_what_is_wrong(
 
 
 def test_a_message_names_the_argument_what_came_and_what_was_expected(things: dict[str, Any]) -> None:
-    robot = things["robot"]
+    robot, identify = things["robot"], cast(Any, pid.identify)
     for call, message in {
         lambda: pid.load_recording("a.csv", robot): "load_recording: columns is a Robot, expected text, a ColumnLayout or None",
         lambda: pid.identify(things["recording"], robot): "identify: robot is a Recording, expected a Robot, text or a path",
-        lambda: pid.identify(robot): "identify: missing a required argument: 'recordings'; expected identify(robot, recordings, effects, method, filter, columns)",
+        lambda: identify(robot): "identify: missing a required argument: 'recordings'; expected identify(robot, recordings, effects, method, filter, columns)",
         lambda: pid.prepare(things["recordings"], things["filter"]): "prepare: recording is a list of Recording, expected a Recording",
         lambda: pid.load_robot(things["texts"]): "load_robot: source is a list of str, expected text or a path",
         lambda: pid.random_trajectory(robot, seed=-1): "random_trajectory: seed is -1, expected a whole number from 0 to 2^64",

@@ -172,10 +172,10 @@ def test_every_function_of_recordings_says_that_velocities_contradict_positions(
         lambda: healthy_estimate.predict(unseen),
         lambda: pid.compare(healthy_estimate, healthy_estimate, on=unseen),
         lambda: pid.identify_payload(healthy_estimate, loaded),
-        lambda: pid.identify_drive_gains(ur5, *amperes, 3.0),
+        lambda: pid.identify_drive_gains(ur5, amperes[0], amperes[1], 3.0),
     ):
         with (
             pytest.warns(pid.PhysidentWarning, match="velocity of all joints is in degrees per second"),
-            suppress(pid.InputError),  # gains of so short a recording may not be separable
+            suppress(pid.PhysidentError),  # gains of so short a recording may not be separable
         ):
             call()
