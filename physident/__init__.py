@@ -5,6 +5,7 @@ Names are loaded when they are first used, so that importing the package is quic
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any
 
 from physident.files import VERSION as __version__
@@ -159,6 +160,10 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     value = getattr(import_module(f"physident.{_PUBLIC[name]}"), name)
+    if inspect.isfunction(value):
+        from physident.arguments import checked
+
+        value = checked(value)
     globals()[name] = value
     return value
 

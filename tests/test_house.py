@@ -18,6 +18,7 @@ from tests.conftest import ROOT
 # name, and may import from its floor and the floors below.
 FLOORS = (
     "errors",
+    "arguments",
     "threads",
     "outputs",
     "files",

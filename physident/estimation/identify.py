@@ -27,14 +27,14 @@ from physident.estimation.shapes.curve_priors import placed, with_amplitudes, wi
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.estimation.sizing import unsized_parameters
-from physident.estimation.weighting import weight_rows
+from physident.estimation.weighting import information_in, weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
-from physident.robots.load import load_robot
+from physident.robots.load import as_robot
 from physident.robots.robot import Robot
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
@@ -65,7 +65,7 @@ def identify(
     not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
-    robot = robot if isinstance(robot, Robot) else load_robot(robot)
+    robot = as_robot(robot)
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
@@ -181,6 +181,7 @@ def estimate_from(
             model=Model(robot, effects, physical.theta),
             estimator=estimator,
             covariance=physical.covariance,
+            information=information_in(regressor, base, physical.sigma, physical.effective_samples),
             sigma=physical.sigma,
             relative=_relative(regressor, physical.theta),
             effective_samples=physical.effective_samples,
@@ -203,6 +204,7 @@ def estimate_from(
         model=Model(robot, effects, theta),
         estimator=estimator,
         covariance=solution.covariance,
+        information=information_in(regressor, base, solution.sigma, solution.effective_samples),
         sigma=solution.sigma,
         relative=_relative(regressor, theta),
         effective_samples=solution.effective_samples,

@@ -11,6 +11,7 @@ from physident.dynamics.regressor import JointRows, Regressor
 from physident.identifiability.base_parameters import BaseParameters
 
 Array = NDArray[np.float64]
+SMALLEST = 1e-12  # N m|N: the residual of exact data
 RESOLUTION = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
 
 
@@ -55,6 +56,19 @@ def whiten(regressor: Regressor, covariance: Array) -> Regressor:
     joints = tuple(JointRows(every, values) for values in Y)
     prior = _scaled_prior(regressor, 1 / np.sqrt(np.diag(covariance)))
     return replace(regressor, joints=joints, torque=regressor.torque @ W.T, prior=prior)
+
+
+def information_in(regressor: Regressor, base: BaseParameters, sigma: Array, worth: Array) -> Array:
+    """The information (r, r) about the base parameters in a regressor whose rows of each joint leave ``sigma`` (n,) [N m|N] and
+    are worth ``worth`` (n,) independent samples."""
+    information = np.zeros((base.r, base.r))
+    place = np.full(len(regressor.columns), -1)
+    place[base.independent] = np.arange(base.r)
+    for rows, size, samples in zip(regressor.joints, sigma, worth, strict=True):
+        chosen = place[rows.columns] >= 0
+        Y = rows.values[:, chosen] / max(float(size), SMALLEST)
+        information[np.ix_(place[rows.columns[chosen]], place[rows.columns[chosen]])] += samples / len(Y) * (Y.T @ Y)
+    return information
 
 
 def compress(regressor: Regressor, base: BaseParameters, weights: Array | None = None) -> Compressed:

@@ -33,18 +33,20 @@ def make_findings(
     uncertainty: Uncertainty,
     from_currents: bool = False,
     trust: Mapping[tuple[str, tuple[int, ...]], Trust] | None = None,
+    alike: frozenset[tuple[str, tuple[int, ...]]] = frozenset(),
 ) -> tuple[Finding, ...]:
     """One finding for each cause, the same effect on several joints joined, in order of left-out gain.
 
-    A payload found ``from_currents`` says what its mass depends on. Joints whose ``trust`` has doubts are a finding of their
-    own, so that they take nothing from the others.
+    A payload found ``from_currents`` says what its mass depends on. Joints whose ``trust`` has doubts, and those that a
+    control shows ``alike``, are findings of their own, so that they take nothing from the others.
     """
     trust = trust or {}
     groups: dict[object, list[RivalCheck]] = {}
     for check in checks:
         name, doubtful = check.accepted.candidate.name, bool(trust.get(check.accepted.candidate.key, Trust()).doubts)
         key = name if effect_scope(name).joins_joints else check.accepted.candidate.key
-        groups.setdefault((key, doubtful, getattr(check.accepted.effect, "recording", "")), []).append(check)
+        old = check.accepted.candidate.key in alike
+        groups.setdefault((key, doubtful, old, getattr(check.accepted.effect, "recording", "")), []).append(check)
     found = [_finding(hypothesis, group, uncertainty, from_currents, trust) for group in groups.values()]
     return tuple(sorted(found, key=lambda finding: -finding.evidence))
 
