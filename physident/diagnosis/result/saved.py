@@ -57,7 +57,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         noise_floor=None if floor is None else np.array(floor),
         placebos=READER.read(tuple[Placebo, ...], data["placebos"], "placebos"),
         unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
-        unexplained=READER.read(tuple[Unexplained, ...], data["unexplained"], "unexplained"),
+        unexplained=READER.read(tuple[Unexplained, ...], _unexplained(data["unexplained"]), "unexplained"),
         recordings=READER.read(tuple[UsedRecording, ...], data["recordings"], "recordings"),
         filter=READER.read(Filter, data["filter"], "filter"),
         layout=READER.read(str | None, data["columns"], "columns"),
@@ -93,6 +93,12 @@ def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
         data = [{**EARLIER, **one, "rivals": _rivals(one.get("rivals"))} for one in data]
     return READER.read(tuple[Finding, ...], data, where)
+
+
+def _unexplained(data: Any) -> Any:
+    """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
+    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
+    return [{"predictable": None, **one} for one in data] if plain else data
 
 
 def _rivals(data: Any) -> Any:
