@@ -26,10 +26,13 @@ _MAPPED: weakref.WeakSet[Any] = weakref.WeakSet()
 _BITS = 16  # of a number that are counted in one pass
 
 
-def empty(shape: int | tuple[int, ...], dtype: DTypeLike = float) -> NDArray[Any]:
-    """An array to be filled, in memory or, above ``LARGE`` bytes, in a temporary file; raises InputError for a full disk."""
+def empty(shape: int | tuple[int, ...], dtype: DTypeLike = float, shared: bool = False) -> NDArray[Any]:
+    """An array to be filled, in memory or, above ``LARGE`` bytes or where processes must share it, in a temporary file.
+
+    Raises InputError for a full disk.
+    """
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    if size <= LARGE.get():
+    if not size or (size <= LARGE.get() and not shared):
         return np.empty(shape, dtype)
     folder = tempfile.gettempdir()
     try:
@@ -67,7 +70,7 @@ def joined_rows(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
 
 def copied(values: NDArray[Any]) -> NDArray[Any]:
     """A copy of an array (N, ...) that can be written to."""
-    result = empty(values.shape, values.dtype)
+    result = empty(values.shape[::-1], values.dtype).T  # column by column, as a regressor is stored
     for rows in blocks(len(values)):
         result[rows] = values[rows]
     return result
@@ -104,6 +107,12 @@ def is_finite(values: Array) -> bool:
 def is_increasing(values: Array) -> bool:
     """Whether each value (N,) is larger than the one before."""
     return all(bool((np.diff(values[rows.start : rows.stop + 1]) > 0).all()) for rows in blocks(len(values)))
+
+
+def extent(values: Array) -> Array:
+    """The difference (...) of the largest and the smallest of values (N, ...), N > 0."""
+    ends = [(values[rows].max(axis=0), values[rows].min(axis=0)) for rows in blocks(len(values))]
+    return np.max([high for high, _ in ends], axis=0) - np.min([low for _, low in ends], axis=0)
 
 
 def magnitude(values: Array) -> Array:

@@ -19,6 +19,8 @@ from tests.conftest import ROOT
 FLOORS = (
     "errors",
     "threads",
+    "large_arrays",
+    "processes",
     "outputs",
     "files",
     "json_records",

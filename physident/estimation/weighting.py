@@ -31,7 +31,7 @@ def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
     joints = tuple(
-        replace(rows, values=rows.values * w[:, None]) for rows, w in zip(regressor.joints, weights.T, strict=True)
+        rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True)
     )
     return replace(regressor, joints=joints, torque=regressor.torque * weights)
 
@@ -59,9 +59,9 @@ def compress(regressor: Regressor, base: BaseParameters, weights: Array | None =
     return Compressed(factor[:r, :r], factor[:r, r], rest + float(factor[r, r] ** 2), int(regressor.counted.sum()))
 
 
-def base_rows(regressor: Regressor, base: BaseParameters) -> Array:
-    """The columns (M, n, r) of the base parameters."""
-    return regressor.Y[:, :, base.independent]
+def base_rows(regressor: Regressor, base: BaseParameters, rows: slice | NDArray[np.intp]) -> Array:
+    """The columns (K, n, r) of the base parameters, in some rows."""
+    return regressor.dense(rows)[:, :, base.independent]
 
 
 def expand(base: BaseParameters, values: Array) -> Array:

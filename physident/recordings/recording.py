@@ -224,6 +224,11 @@ class Recording:
             warn(f"{self.source}: its effort is taken as motor currents [A], because the model has drive gains")
         return self.with_drive_gains(gains)
 
+    def part(self, rows: slice) -> Recording:
+        """Some rows of the recording, as one that lists no bad rows."""
+        arrays = {name: None if (value := getattr(self, name)) is None else value[rows] for name in ARRAYS}
+        return replace(self, rejected=(), **arrays)
+
     def in_order_of(self, joints: Sequence[str]) -> Recording:
         """The recording of these joints alone, in their order; as it is where its joints have no names.
 
