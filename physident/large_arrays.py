@@ -109,6 +109,14 @@ def is_increasing(values: Array) -> bool:
     return all(bool((np.diff(values[rows.start : rows.stop + 1]) > 0).all()) for rows in blocks(len(values)))
 
 
+def scaled(values: Array, factors: Array) -> Array:
+    """Values (N, n) times the factor of each column (n,)."""
+    result = empty(values.shape)
+    for rows in blocks(len(values)):
+        result[rows] = values[rows] * factors
+    return result
+
+
 def extent(values: Array) -> Array:
     """The difference (...) of the largest and the smallest of values (N, ...), N > 0."""
     ends = [(values[rows].max(axis=0), values[rows].min(axis=0)) for rows in blocks(len(values))]

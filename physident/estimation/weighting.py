@@ -30,9 +30,7 @@ class Compressed:
 def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
-    joints = tuple(
-        rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True)
-    )
+    joints = tuple(rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True))
     return replace(regressor, joints=joints, torque=regressor.torque * weights)
 
 

@@ -28,7 +28,9 @@ MEMORY = (
 )
 EXACT = 1e-9  # of the largest value: no position or velocity is known better
 PIECE = 1 << 17  # samples solved for at once
-OVERLAP = 64 * MEMORY  # samples on either side of a piece: the smoother forgets by a factor of e in two memories at most, so 1e-14
+OVERLAP = (
+    64 * MEMORY
+)  # samples on either side of a piece: the smoother forgets by a factor of e in two memories at most, so 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physident.errors import InputError, warn
-from physident.large_arrays import blocks, empty, is_finite, is_increasing
+from physident.large_arrays import blocks, is_finite, is_increasing, scaled
 from physident.recordings.channels import BadRow, Channels, EffortKind, numbers, read_only
 from physident.recordings.columns.joint_names import joint_order
 from physident.recordings.columns.layout import ColumnLayout
@@ -194,10 +194,7 @@ class Recording:
                 f"{self.source}: has motor currents [A] but no drive gains; give one for each joint [N m/A]:"
                 ' drive_gains=(...) or --drive-gains "10.7 10.7 10.7 10.2 10.2 10.2"'
             )
-        torque = empty(self.effort.shape)
-        for rows in blocks(len(torque)):
-            torque[rows] = self.effort[rows] * np.array(self.drive_gains)
-        return torque
+        return scaled(self.effort, np.array(self.drive_gains))
 
     @cached_property
     def sha256(self) -> str:

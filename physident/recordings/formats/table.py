@@ -14,7 +14,9 @@ from physident.large_arrays import numbered
 from physident.recordings.channels import BadRow
 
 MAX_CELLS = 100_000_000  # 800 MB of numbers in memory: an hour of a 7-joint arm at 1 kHz with every channel
-MOST_CELLS = 4_000_000_000  # 32 GB of numbers in a file, for formats that are read in pieces: four days of a 6-joint arm
+MOST_CELLS = (
+    4_000_000_000  # 32 GB of numbers in a file, for formats that are read in pieces: four days of a 6-joint arm
+)
 MAX_COLUMNS = 1000
 
 
