@@ -20,7 +20,7 @@ from numpy.typing import DTypeLike, NDArray
 from physident.errors import InputError
 
 Array = NDArray[np.float64]
-LARGE = ContextVar("LARGE", default=48 << 20)  # bytes of an array, above which it lies in a file
+LARGE = ContextVar("LARGE", default=16 << 20)  # bytes of an array, above which it lies in a file
 BLOCK = 1 << 16  # rows worked on at once: a thousand filters long, and a few megabytes of each channel
 _MAPPED: weakref.WeakSet[Any] = weakref.WeakSet()
 _BITS = 16  # of a number that are counted in one pass

@@ -21,7 +21,7 @@ from physident.setup_checks.samples import check_samples
 from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
 
-LONG = 1_000_000  # rows that are all looked at: half an hour at 500 Hz
+LONG = 400_000  # rows that are all looked at: a quarter of an hour at 500 Hz
 EXTRACTS = 4
 
 
