@@ -91,8 +91,10 @@ def release() -> None:
             mapped.madvise(mmap.MADV_DONTNEED)
 
 
-def blocks(count: int, size: int = BLOCK) -> Iterator[slice]:
-    """Slices of at most ``size`` of ``count`` rows, one after another; between them the memory of files is given back."""
+def blocks(count: int, size: int | None = None) -> Iterator[slice]:
+    """Slices of at most ``size`` (``BLOCK``) of ``count`` rows, one after another; between them the memory of files is given
+    back."""
+    size = size or BLOCK
     for start in range(0, count, size):
         yield slice(start, min(start + size, count))
         if count > size:
@@ -210,8 +212,8 @@ class Growing:
         self._blocks = []
 
 
-def row_slices(parts: Sequence[slice], size: int = BLOCK) -> Iterator[slice]:
-    """Blocks of at most ``size`` samples, none of which crosses from one of the parts into another."""
+def row_slices(parts: Sequence[slice]) -> Iterator[slice]:
+    """Blocks of at most ``BLOCK`` samples, none of which crosses from one of the parts into another."""
     for part in parts:
-        for rows in blocks(part.stop - part.start, size):
+        for rows in blocks(part.stop - part.start):
             yield slice(part.start + rows.start, part.start + rows.stop)

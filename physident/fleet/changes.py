@@ -34,8 +34,10 @@ class Change:
     """The change of one parameter since the baseline, as if its candidate alone had changed.
 
     ``value`` is the baseline's with the change, ``std`` the standard error of the change and ``low`` to ``high`` its 95 %
-    interval, from ``blocks`` blocks; ``information`` is what a unit of the change explains, in squares of the noise. ``baseline``
-    is the value that the change is relative to, zero where the arm has none of it.
+    interval, from ``blocks`` blocks. ``information`` is what a unit of the change explains, in squares of the noise, beside the
+    candidate's other parameters, and ``coupling`` (k,) the row of the matrix with which the candidate's k parameters explain it
+    together. ``baseline`` is the value that the change is relative to, zero where the arm has none of it; ``load`` [N m|N] is the RMS of
+    the baseline's torque on the joint.
     """
 
     candidate: Candidate
@@ -47,7 +49,9 @@ class Change:
     low: float
     high: float
     information: float
+    coupling: tuple[float, ...]
     blocks: int
+    load: float
 
     @property
     def value(self) -> float:
@@ -72,6 +76,7 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
     blocks = _products(rows, response)
     known = {c.name: float(v) for c, v in zip(model.columns, model.theta, strict=True)}
     names = [(column.name, column.unit) for column in rows.columns]
+    load = np.sqrt((arm.predict(model.theta) ** 2).mean(axis=0))
     found = []
     for candidate in candidates:
         fit = _alone(blocks, list(candidate.columns), along)
@@ -85,7 +90,8 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
                 Change(
                     candidate=candidate, parameter=name, unit=unit, baseline=known.get(name, 0.0), change=change, std=std,
                     low=known.get(name, 0.0) + change - half * std, high=known.get(name, 0.0) + change + half * std,
-                    information=float(fit.information[k]), blocks=len(blocks),
+                    information=1 / float(np.linalg.inv(fit.information)[k, k]), coupling=tuple(fit.information[k].tolist()),
+                    blocks=len(blocks), load=float(load[candidate.joint - 1]),
                 )
             )  # fmt: skip
     return found
@@ -126,13 +132,12 @@ def _alone(blocks: list[tuple[Array, Array]], chosen: list[int], along: list[int
     whole, k = np.linalg.solve(H, g), len(chosen)
     left_out = np.array(
         [
-            np.linalg.solve(
-                H - part[np.ix_(places, places)] / np.outer(scale, scale), g - score[places] / scale
-            )
+            np.linalg.solve(H - part[np.ix_(places, places)] / np.outer(scale, scale), g - score[places] / scale)
             for part, score in blocks
         ]
     )
     G = len(blocks)
     std = np.sqrt((G - 1) / G * ((left_out - whole) ** 2).sum(axis=0))
-    information = 1 / np.diag(np.linalg.inv(H))
-    return _Fit((whole / scale)[:k], (std / scale)[:k], (information * scale**2)[:k])
+    # what is left of the candidate's columns beside those that are fitted along
+    information = np.linalg.inv(np.linalg.inv(H)[:k, :k]) * np.outer(scale[:k], scale[:k])
+    return _Fit((whole / scale)[:k], (std / scale)[:k], information)

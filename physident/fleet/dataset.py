@@ -21,7 +21,7 @@ BLOCK = 1 << 22  # bytes read at once
 LARGEST_SETTINGS = 10_000_000  # bytes
 TEXTS = ("arm", "file", "hash", "parameter", "effect", "unit", "finding", "error")
 NUMBERS = (
-    "value", "change", "std", "low", "high", "baseline", "information", "blocks", "temperature", "load", "seconds", "sigma",
+    "value", "change", "std", "low", "high", "baseline", "information", "blocks", "temperature", "load", "seconds",
 )  # fmt: skip
 
 
@@ -107,4 +107,12 @@ def _schema() -> Any:
 
     texts = [pa.field(name, pa.string()) for name in TEXTS]
     numbers = [pa.field(name, pa.float64()) for name in NUMBERS]
-    return pa.schema([*texts, pa.field("day", pa.date32()), pa.field("joint", pa.int32()), *numbers])
+    return pa.schema(
+        [
+            *texts,
+            pa.field("day", pa.date32()),
+            pa.field("joint", pa.int32()),
+            *numbers,
+            pa.field("coupling", pa.list_(pa.float64())),
+        ]
+    )

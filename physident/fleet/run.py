@@ -73,7 +73,10 @@ def run_fleet(
     if tasks:
         with cluster(scheduler, workers) as client:
             baselines = client.map(
-                lambda own: make_baseline(robot, own, baseline, reading), list(missing.values()), pure=False, retries=RETRIES
+                lambda own: make_baseline(robot, own, baseline, reading),
+                list(missing.values()),
+                pure=False,
+                retries=RETRIES,
             )
             for arm, found in zip(missing, client.gather(baselines), strict=True):
                 if isinstance(found, Estimate):
@@ -91,14 +94,18 @@ def _each(client: Any, tasks: list[Task], robot: Robot, reading: Reading) -> Ite
     from distributed import as_completed
 
     shared = client.scatter((robot, reading), broadcast=True)
-    futures = client.map(lambda task, given: rows_of_file(task, *given), tasks, given=shared, pure=False, retries=RETRIES)
+    futures = client.map(
+        lambda task, given: rows_of_file(task, *given), tasks, given=shared, pure=False, retries=RETRIES
+    )
     by_key = {future.key: task for future, task in zip(futures, tasks, strict=True)}
     for future in as_completed(futures):
         if future.status == "finished":
             yield future.result()
             continue
         task = by_key[future.key]
-        reason = f"its worker was lost {RETRIES} times ({type(future.exception()).__name__}); expected a smaller recording"
+        reason = (
+            f"its worker was lost {RETRIES} times ({type(future.exception()).__name__}); expected a smaller recording"
+        )
         yield [{"arm": task.arm, "day": task.day, "file": task.file, "hash": task.digest, "error": reason}]
         future.release()
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Any
 
-import numpy as np
-
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimate_file import load_estimate
@@ -95,7 +93,7 @@ def _row(change: Change, recording: Recording) -> dict[str, Any]:
         "unit": change.unit, "value": change.value, "change": change.change, "std": change.std, "low": change.low,
         "high": change.high, "baseline": change.baseline, "information": change.information,
         "blocks": float(change.blocks), "temperature": temperature,
-        "load": float(np.sqrt(np.mean(recording.torque[:, j] ** 2))), "seconds": recording.duration,
+        "coupling": list(change.coupling), "load": change.load, "seconds": recording.duration,
         "finding": _finding(change),
     }  # fmt: skip
 
@@ -107,7 +105,9 @@ def _finding(change: Change) -> str | None:
     limit = float(t.ppf(1 - LEVEL / 2, max(1, change.blocks - 1)))
     if abs(change.change) <= limit * change.std:
         return None
-    return f"{change.candidate.words}: {change.parameter} differs by {change.change:+.3g} {change.unit} from the baseline"
+    return (
+        f"{change.candidate.words}: {change.parameter} differs by {change.change:+.3g} {change.unit} from the baseline"
+    )
 
 
 class _quiet(warnings.catch_warnings):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.large_arrays import BLOCK, blocks, empty, is_shared, joined_rows, release
+from physident.large_arrays import blocks, empty, is_shared, joined_rows, release
 from physident.processes import each
 from physident.recordings.motion_smoothing import encoder_step, estimate_noise, pieces_of, smooth_piece, velocity_std
 from physident.recordings.recording import Recording
@@ -145,8 +145,11 @@ def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[s
     """Slices of rows without a gap in time longer than a quarter of the cutoff's period, or a jump of position."""
     longest = max(5 * step, 0.25 / filter.cutoff)
     time = recording.time
-    late = (np.diff(time[rows.start : rows.stop + 1]) > longest for rows in blocks(len(time) - 1))
-    gaps = [BLOCK * k + 1 + int(i) for k, some in enumerate(late) for i in np.flatnonzero(some)]
+    gaps = [
+        rows.start + 1 + int(i)
+        for rows in blocks(len(time) - 1)
+        for i in np.flatnonzero(np.diff(time[rows.start : rows.stop + 1]) > longest)
+    ]
     edges = sorted({0, *gaps, *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
     return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
