@@ -204,7 +204,7 @@ class Growing:
         assert self._file is not None
         try:
             for block in self._blocks:
-                self._file.write(memoryview(np.ascontiguousarray(block, dtype=float)).cast("B"))
+                self._file.write(np.ascontiguousarray(block, dtype=float).data)
         except OSError as error:
             raise InputError(
                 f"{tempfile.gettempdir()} has no room for the recording ({error.strerror}); set TMPDIR to a larger disk"

@@ -32,9 +32,7 @@ def test_blocks_cover_every_row_once(size: int, count: int) -> None:
     assert rows == list(range(count))
 
 
-@given(
-    hnp.arrays(float, st.integers(1, 60), elements=st.floats(0, 1e6) | st.just(0.5)), st.integers(1, 70)
-)
+@given(hnp.arrays(float, st.integers(1, 60), elements=st.floats(0, 1e6) | st.just(0.5)), st.integers(1, 70))
 def test_median_of_pieces(values: Array, size: int) -> None:
     assert median(lambda: (values[b] for b in blocks(len(values), size))) == np.median(values)
 

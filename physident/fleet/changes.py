@@ -65,31 +65,27 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
     model, robot, filter = baseline.model, baseline.model.robot, baseline.filter
     signals = hold_rests(model, prepare_all(robot, [recording], filter))
     arm = build_regressor(robot, model.effects, signals, filter, model=model)
-    effects = watched_effects(robot)
+    effects = watched_effects()
     watched = build_regressor(robot, effects, signals, filter, model=model)
     residual = (arm.torque - arm.predict(model.theta)) * watched.counted
     weights = rest_weights(spread_rows(robot, model.effects, signals, filter), dry_level(model), residual, arm.counted)
     sigma = np.maximum(joint_sigma(arm, residual * weights, 0.0), np.array(baseline.sigma))
     rows = weight_rows(watched, weights / sigma * watched.counted)
     response = residual * weights / sigma
-    candidates, along = candidates_of(robot, effects)
     blocks = _products(rows, response)
-    known = {c.name: float(v) for c, v in zip(model.columns, model.theta, strict=True)}
-    names = [(column.name, column.unit) for column in rows.columns]
+    half = t_quantile(len(blocks))
     load = np.sqrt((arm.predict(model.theta) ** 2).mean(axis=0))
     found = []
-    for candidate in candidates:
-        fit = _alone(blocks, list(candidate.columns), along)
+    for candidate in candidates_of(model, effects):
+        fit = _alone(blocks, candidate.weights)
         if fit is None:
             continue
-        half = t_quantile(len(blocks))
-        for k, place in enumerate(candidate.columns):
-            name, unit = names[place]
+        for k, (name, unit, known) in enumerate(zip(candidate.names, candidate.units, candidate.baseline, strict=True)):
             change, std = float(fit.change[k]), float(fit.std[k])
             found.append(
                 Change(
-                    candidate=candidate, parameter=name, unit=unit, baseline=known.get(name, 0.0), change=change, std=std,
-                    low=known.get(name, 0.0) + change - half * std, high=known.get(name, 0.0) + change + half * std,
+                    candidate=candidate, parameter=name, unit=unit, baseline=float(known), change=change, std=std,
+                    low=float(known) + change - half * std, high=float(known) + change + half * std,
                     information=1 / float(np.linalg.inv(fit.information)[k, k]), coupling=tuple(fit.information[k].tolist()),
                     blocks=len(blocks), load=float(load[candidate.joint - 1]),
                 )
@@ -117,27 +113,17 @@ def _products(rows: Regressor, response: Array) -> list[tuple[Array, Array]]:
     return result
 
 
-def _alone(blocks: list[tuple[Array, Array]], chosen: list[int], along: list[int]) -> _Fit | None:
-    """Least squares of some columns beside those that are always fitted along; None where they show nothing.
+def _alone(blocks: list[tuple[Array, Array]], weights: Array) -> _Fit | None:
+    """Least squares of a candidate's columns, sums of all columns by ``weights`` (p, k); None where they show nothing.
 
     The standard errors are those of a jackknife over the blocks.
     """
-    places = np.array(chosen + along)
-    N, z = sum(block[0] for block in blocks), sum(block[1] for block in blocks)
-    H, g = np.asarray(N)[np.ix_(places, places)], np.asarray(z)[places]
-    scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
-    H, g = H / np.outer(scale, scale), g / scale
-    if (np.diag(H)[: len(chosen)] == 0).any() or np.linalg.eigvalsh(H)[0] < SEEN**2:
+    parts = [(weights.T @ N @ weights, weights.T @ z) for N, z in blocks]
+    H, g = np.sum([N for N, _ in parts], axis=0), np.sum([z for _, z in parts], axis=0)
+    scale = np.sqrt(np.diag(H))
+    if (scale == 0).any() or np.linalg.eigvalsh(H / np.outer(scale, scale))[0] < SEEN**2:
         return None
-    whole, k = np.linalg.solve(H, g), len(chosen)
-    left_out = np.array(
-        [
-            np.linalg.solve(H - part[np.ix_(places, places)] / np.outer(scale, scale), g - score[places] / scale)
-            for part, score in blocks
-        ]
-    )
+    whole = np.linalg.solve(H, g)
+    left_out = np.array([np.linalg.solve(H - N, g - z) for N, z in parts])
     G = len(blocks)
-    std = np.sqrt((G - 1) / G * ((left_out - whole) ** 2).sum(axis=0))
-    # what is left of the candidate's columns beside those that are fitted along
-    information = np.linalg.inv(np.linalg.inv(H)[:k, :k]) * np.outer(scale[:k], scale[:k])
-    return _Fit((whole / scale)[:k], (std / scale)[:k], information)
+    return _Fit(whole, np.sqrt((G - 1) / G * ((left_out - whole) ** 2).sum(axis=0)), H)

@@ -114,14 +114,14 @@ def _each(client: Any, tasks: list[Task], robot: Robot, reading: Reading) -> Ite
 def cluster(scheduler: str | None, workers: int | None) -> Iterator[Any]:
     """A client of a Dask cluster: the one at an address, or one of this machine; raises InputError without Dask."""
     try:
-        import dask
+        from dask import config
         from distributed import Client, LocalCluster
     except ImportError:
         raise InputError(
             "a fleet needs the packages dask and distributed; install them: pip install 'physident[fleet]'"
         ) from None
     settings = {"distributed.scheduler.allowed-failures": RETRIES, "distributed.admin.log-format": "%(message)s"}
-    with dask.config.set(settings):
+    with config.set(settings):
         if scheduler is not None:
             try:
                 client = Client(scheduler, timeout=10)
@@ -135,7 +135,7 @@ def cluster(scheduler: str | None, workers: int | None) -> Iterator[Any]:
         count = processors() if workers is None else workers
         with (
             LocalCluster(
-                n_workers=count, threads_per_worker=1, dashboard_address=None, memory_limit=0, silence_logs=50
+                n_workers=count, threads_per_worker=1, dashboard_address="", memory_limit=0, silence_logs=50
             ) as local,
             Client(local) as client,
         ):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import date
 from typing import Any
@@ -12,6 +14,7 @@ from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimate_file import load_estimate
 from physident.estimation.identify import identify
+from physident.fleet.candidates import words_of
 from physident.fleet.changes import Change, changes_in
 from physident.processes import VARIABLE
 from physident.recordings.load import load_recording
@@ -105,16 +108,14 @@ def _finding(change: Change) -> str | None:
     limit = float(t.ppf(1 - LEVEL / 2, max(1, change.blocks - 1)))
     if abs(change.change) <= limit * change.std:
         return None
-    return (
-        f"{change.candidate.words}: {change.parameter} differs by {change.change:+.3g} {change.unit} from the baseline"
-    )
+    words = words_of(change.candidate.effect, change.candidate.joint)
+    return f"{words}: {change.parameter} differs by {change.change:+.3g} {change.unit} from the baseline"
 
 
-class _quiet(warnings.catch_warnings):
+@contextmanager
+def _quiet() -> Iterator[None]:
     """Warnings of single files are no news in a fleet; one process, because the cluster has one for each processor."""
-
-    def __enter__(self) -> Any:
-        entered = super().__enter__()
+    os.environ[VARIABLE] = "1"
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        os.environ[VARIABLE] = "1"
-        return entered
+        yield

@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 ARMS, EACH, DAYS = 40, 25, 730
 START = date(2024, 1, 1)
 GROWTH = 0.0015  # of the whole a day, from the onset on
-LOST_MOTION = 0.02  # rad: the whole of the lost motion
-TILT = 0.12  # rad: the whole of the tilt
+LOST_MOTION = 0.3  # rad: the whole of the lost motion; a tenth is 1.7 degrees
+TILT = 0.3  # rad: the whole of the tilt
 LOAD = 3.0  # kg
 
 

@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
-from physident.cli.app import app, share_done
+from physident.cli.app import app, check_outputs, share_done, write_result
 from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
     JointsOption,
+    JsonOption,
     LockOption,
     RateOption,
     Recordings,
@@ -30,7 +31,9 @@ def fleet(
     recordings: Recordings,
     by: Annotated[
         str,
-        typer.Option("--by", metavar="PATTERN", help="The end of each path, suffix aside, such as '{robot}/{date}'."),
+        typer.Option(
+            "--by", metavar="PATTERN", help="The end of each path, suffix aside, with robot and date in braces."
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="The folder of the results, old and new.")],
     robot: RobotOption = None,
@@ -51,11 +54,15 @@ def fleet(
     rate: RateOption = None,
     drive_gains: GainsOption = None,
     cutoff: CutoffOption = None,
+    json_out: JsonOption = None,
 ) -> None:
     """Measure in every new recording what has changed on its arm since the baseline, and add it to a data set."""
+    from dataclasses import asdict
+
     from physident.fleet.run import run_fleet
     from physident.fleet.work import Reading
 
+    check_outputs([*recordings, robot], json_out)
     arm = robot_of(robot, joints, lock, tool)
     gains = None if drive_gains is None else parse_numbers(drive_gains, "--drive-gains")
     reading = Reading(columns=layout_of(columns, topic, rate), drive_gains=gains, cutoff=cutoff)
@@ -63,5 +70,6 @@ def fleet(
         result = run_fleet(
             arm, recordings, by, out, reading, baseline, scheduler, workers, done=lambda k, count: show(k / count)
         )
+    write_result(json_out, "fleet_run", asdict(result))
     typer.echo(repr(result))
     typer.echo(f"written: {out}")

@@ -98,11 +98,11 @@ def find_drift(folder: str | Path, rate: float = FALSE_ALARMS) -> Drift:
         by_parameter[one.parameter].append(one)
     found = [one for group in by_parameter.values() for one in explain(group)]
     watched = {one.history.arm for one in found}
-    chances = _chances(found)
+    chance = chance_of(found) if found else Chance(0.0, 1.0)
     alarms = [
         alarm
         for arm in sorted(watched)
-        if (alarm := _first([one for one in found if one.history.arm == arm], chances, rate)) is not None
+        if (alarm := _first([one for one in found if one.history.arm == arm], chance, rate)) is not None
     ]
     return Drift(
         alarms=tuple(sorted(alarms, key=lambda alarm: (alarm.day, alarm.arm))), histories=tuple(found),
@@ -110,21 +110,13 @@ def find_drift(folder: str | Path, rate: float = FALSE_ALARMS) -> Drift:
     )  # fmt: skip
 
 
-def _chances(found: Sequence[Explained]) -> dict[str, Chance]:
-    """The chance of each parameter, from all arms."""
-    groups = defaultdict(list)
-    for one in found:
-        groups[one.history.parameter].append(one)
-    return {name: chance_of(group) for name, group in groups.items()}
-
-
-def _first(arm: Sequence[Explained], chances: dict[str, Chance], rate: float) -> Alarm | None:
+def _first(arm: Sequence[Explained], chance: Chance, rate: float) -> Alarm | None:
     """The first change of an arm that chance does not explain; None without one."""
     best: tuple[int, float, Explained, int, float] | None = None
     for one in arm:
         day = one.history.day
         years = max(1.0, day[-1] - day[REFERENCE - 1]) / YEAR
-        most = limit(len(day), chances[one.history.parameter], min(0.5, rate * years / len(arm)))
+        most = limit(len(day), chance, min(0.5, rate * years / len(arm)))
         shift = shifts(one.rest / one.size, one.mean_error / one.size)
         size = np.abs(shift).max(axis=0)
         over = np.flatnonzero(size > most)
@@ -145,7 +137,8 @@ def _alarm(arm: Sequence[Explained], at: int, excess: float, first: Explained, w
     for one in arm:
         if len(one.history.day) == len(first.history.day):
             groups[one.history.candidate].append(one)
-    gains = {key: _gain(group, rows) for key, group in groups.items()}
+    noise = float(np.median([one.noise for one in arm]))
+    gains = {key: _gain(group, rows) / noise**2 - MORE * (len(group) - 1) for key, group in groups.items()}
     cause = max(gains, key=lambda key: gains[key])
     near = [key for key in gains if key != cause and gains[key] > gains[cause] - MORE]
     shown = max(groups[cause], key=lambda one: abs(_mean(one, rows)[0]) / _mean(one, rows)[1])
@@ -162,13 +155,13 @@ def _alarm(arm: Sequence[Explained], at: int, excess: float, first: Explained, w
 
 
 def _gain(group: Sequence[Explained], rows: slice) -> float:
-    """What the parameters of one cause explain together of some recordings, in squares of the noise."""
+    """What the parameters of one cause explain together of some recordings, in squares."""
     rest = np.array([one.rest[rows] for one in group])
     total = 0.0
     for k in range(rest.shape[1]):
         M = np.array([one.history.coupling[rows][k] for one in group])
         total += float(rest[:, k] @ M @ rest[:, k])
-    return total / group[0].noise ** 2 - MORE * (len(group) - 1)
+    return total
 
 
 def _mean(one: Explained, rows: slice) -> tuple[float, float]:

@@ -21,6 +21,7 @@ ENOUGH = 5  # arms: of fewer, a single one that changes could decide a common sl
 ROUNDS = 30
 BEND = 1.345  # standard deviations at which Huber's loss turns linear
 MIDDLE = 0.4549  # median of the square of a normal number
+LEAST = 0.1  # share of the standard errors: of fewer recordings than parameters, nothing would be left
 SPREAD = 0.5  # degC, or a share of the load: a condition that varies less explains nothing
 
 
@@ -47,15 +48,15 @@ def explain(group: Sequence[History]) -> list[Explained]:
     # the jackknife's standard errors vary by a quarter; the information does not
     noise = float(np.median(np.concatenate([one.std * np.sqrt(one.information) for one in group])))
     errors = [noise / np.sqrt(one.information) for one in group]
-    extra = 0.0
+    share, extra, found = 1.0, 0.0, list[Explained]()
     for _ in range(3):  # the scatter and the slopes, each from the other
-        sizes = [np.hypot(error, extra) for error in errors]
+        sizes = [np.hypot(share * error, extra) for error in errors]
         slopes, covariance = _slopes(group, designs, sizes)
         found = [
             _one(one, D, size, b, C, names, noise)
             for one, D, size, b, C in zip(group, designs, sizes, slopes, covariance, strict=True)
         ]
-        extra = _scatter(np.concatenate([one.rest for one in found]), np.concatenate(errors))
+        share, extra = _scatter(np.concatenate([one.rest for one in found]), np.concatenate(errors))
     return found
 
 
@@ -101,8 +102,8 @@ def _common(designs: list[Array], changes: list[Array], sizes: list[Array]) -> t
             weight = w / size**2
             D, x = D - np.average(D, axis=0, weights=weight), x - np.average(x, weights=weight)
             H, g = H + (D.T * weight) @ D, g + (D.T * weight) @ x
-        covariance = np.linalg.pinv(H)
-        slope = covariance @ g
+        covariance = np.asarray(np.linalg.pinv(H), dtype=float)
+        slope = np.asarray(covariance @ g)
         for i, (D, x, size) in enumerate(zip(designs, changes, sizes, strict=True)):
             rest = x - D @ slope
             z = np.abs(rest - np.median(rest)) / size
@@ -122,12 +123,16 @@ def _one(
     return Explained(history, rest, np.sqrt(size**2 + unsure), float(weight.sum() ** -0.5), slopes, names, noise)
 
 
-def _scatter(rest: Array, errors: Array) -> float:
-    """The scatter from day to day beside the standard ``errors``: with it, half of the squares are as small as by chance."""
+def _scatter(rest: Array, errors: Array) -> tuple[float, float]:
+    """The share of the standard ``errors`` that scatters, and the scatter from day to day beside them: with both, half of the
+    squares are as small as by chance.
+
+    A share below one is that of a model whose errors return with every recording: they widen each interval and change nothing.
+    """
     low, high = 0.0, 10 * float(np.abs(rest).max(initial=0.0))
-    if np.median(rest**2 / errors**2) <= MIDDLE:
-        return 0.0
+    if (middle := float(np.median(rest**2 / errors**2))) <= MIDDLE:
+        return max(LEAST, float(np.sqrt(middle / MIDDLE))), 0.0
     for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if np.median(rest**2 / (errors**2 + middle**2)) > MIDDLE else (low, middle)
-    return high
+    return 1.0, high

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.fleet.candidates import WORDS, Candidate
+from physident.fleet.candidates import WORDS, words_of
 from physident.fleet.dataset import read_rows
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class History:
     @property
     def words(self) -> str:
         """What it is, in words."""
-        return Candidate(self.effect, self.joint, ()).words
+        return words_of(self.effect, self.joint)
 
 
 @dataclass(frozen=True)
