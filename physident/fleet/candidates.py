@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.catalogue import make_effects
+from physident.effects.catalogue import CATALOGUE, make_effects
 from physident.effects.effect import Effect
+from physident.fleet.lost_motion import LostMotion
 
 Array = NDArray[np.float64]
 WORDS = {
@@ -18,7 +19,8 @@ WORDS = {
     "coulomb_friction": "friction of joint {joint} (Coulomb part)",
     "torque_constant": "torque constant of joint {joint}",
     "torque_offset": "offset of the torque of joint {joint}",
-    "joint_elasticity": "lost motion in the transmission of joint {joint} (backlash or elasticity)",
+    "lost_motion": "lost motion in the transmission of joint {joint} (backlash)",
+    "joint_elasticity": "elasticity of the transmission of joint {joint}",
     "payload": "payload",
     "gravity_tilt": "mounting of the base (tilt)",
 }
@@ -46,7 +48,7 @@ def words_of(effect: str, joint: int) -> str:
 
 def watched_effects() -> tuple[Effect, ...]:
     """The effects whose parameters are watched."""
-    return make_effects([name for name in WORDS if name != "friction"])
+    return (*make_effects([name for name in WORDS if name in CATALOGUE]), LostMotion())
 
 
 def candidates_of(model: Model, effects: tuple[Effect, ...]) -> list[Candidate]:
