@@ -44,4 +44,3 @@ class LostMotion(Effect):
         passband = PASSBAND * signals.cutoff
         moved = [[derivative(side, order, signals.rate, passband) for order in (0, 1, 2)] for side in flanks.T]
         return -torque_changes(robot, links, state, active, np.array(moved)).reshape(-1, len(signals.time))
-
