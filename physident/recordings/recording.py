@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physident.errors import InputError, warn
+from physident.large_arrays import blocks, is_finite, is_increasing, scaled
 from physident.recordings.channels import BadRow, Channels, EffortKind, numbers, read_only
 from physident.recordings.columns.joint_names import joint_order
 from physident.recordings.columns.layout import ColumnLayout
@@ -75,8 +76,8 @@ class Recording:
             raise InputError(
                 f"{self.source}: {len(self.joint_names)} joint names, expected {self.n}, one for each joint"
             )
-        if not (np.diff(self.time) > 0).all() or not all(
-            np.isfinite(value).all() for name in ARRAYS if (value := getattr(self, name)) is not None
+        if not is_increasing(self.time) or not all(
+            is_finite(value) for name in ARRAYS if (value := getattr(self, name)) is not None
         ):
             raise InputError(
                 f"{self.source}: a value is not finite, or the time does not increase; expected good rows only:"
@@ -193,14 +194,18 @@ class Recording:
                 f"{self.source}: has motor currents [A] but no drive gains; give one for each joint [N m/A]:"
                 ' drive_gains=(...) or --drive-gains "10.7 10.7 10.7 10.2 10.2 10.2"'
             )
-        return self.effort * np.array(self.drive_gains)
+        return scaled(self.effort, np.array(self.drive_gains))
 
     @cached_property
     def sha256(self) -> str:
         """Hash of the parsed arrays: the same data under another name or format hash the same."""
         digest = hashlib.sha256()
         for value in (self.time, self.q, self.dq, self.effort):
-            digest.update(b"none" if value is None else np.ascontiguousarray(value, dtype="<f8").tobytes())
+            if value is None:
+                digest.update(b"none")
+                continue
+            for rows in blocks(len(value)):
+                digest.update(np.ascontiguousarray(value[rows], dtype="<f8").data)
         return digest.hexdigest()
 
     def with_drive_gains(self, gains: Sequence[float]) -> Recording:
@@ -215,6 +220,11 @@ class Recording:
         if not self.effort_stated:
             warn(f"{self.source}: its effort is taken as motor currents [A], because the model has drive gains")
         return self.with_drive_gains(gains)
+
+    def part(self, rows: slice) -> Recording:
+        """Some rows of the recording, as one that lists no bad rows."""
+        arrays = {name: None if (value := getattr(self, name)) is None else value[rows] for name in ARRAYS}
+        return replace(self, rejected=(), **arrays)
 
     def in_order_of(self, joints: Sequence[str]) -> Recording:
         """The recording of these joints alone, in their order; as it is where its joints have no names.
