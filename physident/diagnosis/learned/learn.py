@@ -112,6 +112,8 @@ def _effect(candidate: Candidate) -> LearnedCurve:
 
 def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: float) -> Candidate | None:
     """The curve, with the amplitude, of the most evidence on left-out rows; None where even that is no evidence."""
+    if not candidates:  # the model has this curve already
+        return None
     data = replace(rest.data, candidates=tuple(candidates))
     gains = left_out_gains(data, rest.baseline, rest.fit, data.response[:, :, None])
     best = int(np.argmax(gains.evidence[:, 0]))
@@ -132,6 +134,8 @@ def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> b
 def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> AcceptedEffect | None:
     """The curve of the largest gain beside a hypothesis that meets every condition, or None."""
     candidates = pool.candidates(now)
+    if not candidates:
+        return None
     plain = replace(now.data, candidates=tuple(candidates))
     first = left_out_gains(plain, now.baseline, now.fit, now.data.response[:, :, None])
     if not (first.evidence_without_best_fold[:, 0] > threshold).any():
