@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.learned.curve import LearnedCurve
-from studies.learned.causes import OUTSIDE, VARIABLES, inside, outside, torque
+from studies.learned.causes import OUTSIDE, VARIABLES, Cause, inside, outside, torque
 from studies.open_world import motions as motions_of
 from studies.open_world.arms import arm
 from studies.open_world.bench import DURATION
@@ -85,7 +85,7 @@ def _outside(number: int, seed: int) -> dict[str, Any] | None:
         "right": bool(right) and causes[0] in right,
         "learned": any(pid.CATALOGUE[f.effect].family is pid.Family.LEARNED for f in right),
         "wrong_cause": any(f.grade == "cause" and f not in right for f in found.findings),
-        "curve_percent": _apart(found, model, cause, joint, runs[:-1]),
+        "curve_percent": _apart(model, cause, joint, runs[:-1]),
         "before": float(found.before.rms[joint]),
         "after": float(found.after.rms[joint]),
         "oracle": float(oracle.rms[joint]),
@@ -118,9 +118,7 @@ def _diagnosed(bench: Bench, runs: list[pid.Recording]) -> tuple[pid.Diagnosis, 
     return found, (found.estimate or estimate).model
 
 
-def _apart(
-    found: pid.Diagnosis, model: pid.Model, cause: Disturbance, joint: int, runs: list[pid.Recording]
-) -> float | None:
+def _apart(model: pid.Model, cause: Cause, joint: int, runs: list[pid.Recording]) -> float | None:
     """The largest distance [% of its range] of the learned curve over position from the truth where recordings were, but for a
     constant, which is an offset; None without such a curve."""
     curves = [(e, theta) for e, theta in model.effect_parameters() if isinstance(e, LearnedCurve)]
