@@ -47,7 +47,7 @@ class Bench:
 
     def __init__(self, seed: int, folder: Path) -> None:
         self.seed, self.folder, self.plant = seed, folder, PinocchioPlant()
-        self.arm: ArmTruth = replace(arm(seed), background=())
+        self.arm: ArmTruth = _plain(arm(seed))
         self.sensors: Sensors = FirstWorld().sensors(seed)
         rng = np.random.default_rng([seed, 71])
         self.motions: list[Motion] = [motions_of.fourier(self.arm, rng, DURATION, 0.8) for _ in range(RUNS + 1)]
@@ -64,6 +64,14 @@ class Bench:
             for k, motion in enumerate(self.motions)
         ]  # fmt: skip
         return [one.recording for one in taken]
+
+
+def _plain(whole: ArmTruth) -> ArmTruth:
+    """An arm whose friction and links the default model describes: nothing is missing from it but what a trial hides."""
+    friction = replace(
+        whole.friction, kind="smooth", breakaway=whole.friction.coulomb, per_degree=np.zeros(whole.joints)
+    )
+    return replace(whole, background=(), friction=friction)
 
 
 def _outside(number: int, seed: int) -> dict[str, Any] | None:
