@@ -90,7 +90,7 @@ def _outside(number: int, seed: int) -> dict[str, Any] | None:
         "joint": joint + 1,
         "variable": variable,
         "named": [[f.effect, list(f.joints), f.grade] for f in found.findings],
-        "right": bool(right) and causes[0] in right,
+        "right": bool(right) and next(f for f in causes if joint + 1 in f.joints) in right,
         "learned": any(pid.CATALOGUE[f.effect].family is pid.Family.LEARNED for f in right),
         "wrong_cause": any(f.grade == "cause" and f not in right for f in found.findings),
         "curve_percent": _apart(model, cause, joint, runs[:-1]),
