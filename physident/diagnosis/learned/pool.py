@@ -18,7 +18,7 @@ from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.weighting import weight_rows
 
 Array = NDArray[np.float64]
-AMPLITUDES = (1.0, 5.0, 25.0)  # times what a joint leaves: of a steady drift, of a bend, of a bump
+AMPLITUDES = (1.0, 6.0, 36.0, 216.0)  # times what a joint leaves: of a drift, of a bend, of a bump, of many waves
 PLACEBO = "placebo_curve"
 
 
