@@ -22,7 +22,7 @@ def urscript_of(name: str, motion: Motion, rate: float) -> str:
     if motion.n != UR_JOINTS:
         return f"# URScript is for arms of {UR_JOINTS} joints; this motion has {motion.n} (physident plan)\n"
     step = 1 / min(rate, MAX_UR_RATE)
-    time, q, _, _ = motion.sample(1 / step)
+    _, q, _, _ = motion.sample(1 / step)
     function = "motion_" + re.sub(r"\W", "_", name)
     lines = [
         f"def {function}():",
