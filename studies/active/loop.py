@@ -112,7 +112,11 @@ def run_arm(index: int, way: Way, sessions: int = SESSIONS) -> dict[str, Any]:
     row: dict[str, Any] = {"arm": index, "way": way, "minutes": None, "false": [], "history": []}
     try:
         arm = hidden_arm(index)
-        row |= {"name": arm.one.arm.name, "friction": arm.one.arm.friction.kind, "hidden": [asdict(h) for h in arm.hidden]}
+        row |= {
+            "name": arm.one.arm.name,
+            "friction": arm.one.arm.friction.kind,
+            "hidden": [asdict(h) for h in arm.hidden],
+        }
         fitted: list[pid.Recording] = []
         found: pid.Diagnosis | None = None
         for number in range(1, sessions + 1):
@@ -152,9 +156,7 @@ def _motions(arm: HiddenArm, way: Way, number: int, found: pid.Diagnosis | None)
     budget = Budget(minutes=PIECES * LENGTH / 60, limits="joint", table=None, seed=seed, pool=POOL)
     if found is None:
         estimate = replace(arm.estimate, model=limited)
-        session = pid.design_session(
-            estimate, minutes=budget.minutes, limits="joint", table=None, seed=seed, pool=POOL
-        )
+        session = pid.design_session(estimate, minutes=budget.minutes, limits="joint", table=None, seed=seed, pool=POOL)
     else:
         extended = None if found.extended is None else replace(found.extended, robot=arm.robot)
         session = plan_next(replace(found, model=limited, extended=extended), budget)

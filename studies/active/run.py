@@ -60,7 +60,10 @@ def _run(first: int, count: int, resume: bool) -> None:
             with ROWS.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(row) + "\n")
             told = row.get("refused") or f"{row['minutes']} min, false {row['false']}"
-            print(f"arm {index} {way}: {[h['effect'] for h in row.get('hidden', [])]} {told} ({row['seconds']:.0f} s)", flush=True)
+            print(
+                f"arm {index} {way}: {[h['effect'] for h in row.get('hidden', [])]} {told} ({row['seconds']:.0f} s)",
+                flush=True,
+            )
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
+from physident.effects.payload import LinkChange
 from physident.excitation.detectability import Noise
 from physident.excitation.session.evidence import HALF
 from physident.excitation.session.first import effect_at
@@ -35,7 +36,8 @@ def noise_left(diagnosis: DiagnosisRecord) -> Noise:
 
 
 def open_questions(diagnosis: DiagnosisRecord) -> tuple[OpenQuestion, ...]:
-    """Rivals of every finding, shapes at an end of their range, vague values, and effects that could not be seen."""
+    """Rivals of every finding, findings in doubt, shapes at an end of their range, vague values, and effects that could not be
+    seen, but for those that no motion can show because the model is refitted and has them."""
     model, found = current_model(diagnosis), []
     for finding in diagnosis.findings:
         if CATALOGUE[finding.effect].detection is not Detection.BY_PLACE:
@@ -44,8 +46,28 @@ def open_questions(diagnosis: DiagnosisRecord) -> tuple[OpenQuestion, ...]:
             found += _of_finding(model, finding, joints)
     for unseen in diagnosis.unseen:
         for joints in _places(unseen.effect, unseen.joints):
-            found.append(OpenQuestion(kind="unseen", effect=effect_at(model, unseen.effect, joints)))
+            if not _refitted(diagnosis, unseen.effect, joints):
+                found.append(OpenQuestion(kind="unseen", effect=effect_at(model, unseen.effect, joints)))
     return tuple(found)
+
+
+def part_of_model(diagnosis: DiagnosisRecord) -> tuple[str, ...]:
+    """Effects that could not be seen and that no motion can show, because the model is refitted and has them."""
+    found = [
+        u.effect for u in diagnosis.unseen for j in _places(u.effect, u.joints) if _refitted(diagnosis, u.effect, j)
+    ]
+    return tuple(dict.fromkeys(found))
+
+
+def _refitted(diagnosis: DiagnosisRecord, name: str, joints: tuple[int, ...]) -> bool:
+    """Whether an effect is inside a model that is refitted to the same recordings: as one of its effects, or as a link's change."""
+    if diagnosis.question != "missing":
+        return False
+    robot = diagnosis.model.robot
+    owned = [e for e in diagnosis.model.effects if e.name == name]
+    return issubclass(CATALOGUE[name], LinkChange) or any(
+        {j - 1 for j in joints} <= set(e.active(robot)) for e in owned
+    )
 
 
 def _places(name: str, joints: Sequence[int]) -> list[tuple[int, ...]]:
@@ -62,6 +84,8 @@ def _of_finding(model: Model, finding: Finding, joints: tuple[int, ...]) -> list
     if len(sizes) != len(effect.columns(model.robot)) or not any(sizes):
         return []
     asked = []
+    if finding.grade != "cause":
+        asked.append(OpenQuestion(kind="doubt", effect=effect, sizes=sizes))
     for rival in finding.rivals:
         variants = [] if rival.inseparable else _variants(model, rival.effect, rival.joints)
         variants = [one for one in variants if (one.name, one.joints) != (effect.name, effect.joints)]

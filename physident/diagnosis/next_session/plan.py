@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 
-from physident.diagnosis.next_session.open_questions import current_model, noise_left, open_questions
+from physident.diagnosis.next_session.open_questions import current_model, noise_left, open_questions, part_of_model
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.payload import LinkChange
@@ -42,6 +42,8 @@ def plan_next(
     inseparable = sorted({r.effect for f in diagnosis.findings for r in f.rivals if r.inseparable})
     if inseparable:
         notes.append(f"no motion within the recorded ranges separates these rivals: {', '.join(inseparable)}")
+    if inside := part_of_model(diagnosis):
+        notes.append(f"part of the model that is refitted, so that no motion shows a change of it: {', '.join(inside)}")
     shown = [ranges_of_signals(model, prepare(one, diagnosis.filter)) for one in recordings]
     return plan_session(
         model,

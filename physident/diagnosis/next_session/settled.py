@@ -43,6 +43,9 @@ def _answer(question: SavedExpectation, found: Diagnosis, planned: Ranges, shown
         return _of_unseen(question, found, named)
     if named is None:
         return _of_missing(question, found)
+    if question.kind == "doubt":
+        settled = named.grade == "cause"
+        return Answer(question=question, settled=settled, text=_is(named) if settled else f"still a {named.grade}")
     if question.kind == "rival":
         open_still = any(r.effect == question.rival and not r.inseparable for r in named.rivals)
         text = f"still not told from {CATALOGUE[question.rival].name.replace('_', ' ')}" if open_still else _is(named)
@@ -84,6 +87,11 @@ def _of_unseen(question: SavedExpectation, found: Diagnosis, named: Finding | No
 
 def _of_missing(question: SavedExpectation, found: Diagnosis) -> Answer:
     """The effect that was asked about was not found: its rival may have been."""
+    if question.kind == "doubt":
+        enough = question.power >= SMALLEST_POWER
+        return Answer(
+            question=question, settled=enough, text="not found any more" if enough else "not found, and hardly shown"
+        )
     rival = _finding(found, question.rival, question.rival_joints) if question.rival else None
     if rival is not None:
         return Answer(question=question, settled=True, text=_is(rival))
@@ -118,4 +126,4 @@ def _is(finding: Finding) -> str:
 
 def expected(questions: Sequence[SavedExpectation]) -> float:
     """How many questions were expected to be settled."""
-    return float(np.sum([one.power for one in questions]))
+    return float(np.sum([one.power >= 1 if one.kind == "range" else one.power for one in questions]))

@@ -66,7 +66,7 @@ def expectations_of(
 
 def _of_range(one: RangeQuestion, share: float) -> Expectation:
     return Expectation(
-        kind="range", question=one.text, effect="", joints=(one.joint,), power=1.0 if share >= 1 else 0.0,
+        kind="range", question=one.text, effect="", joints=(one.joint,), power=share,
         smallest=float("inf"), detail=f"{100 * share:.0f} % of what is wanted",
     )  # fmt: skip
 

@@ -22,7 +22,9 @@ def expected_rows(expectations: Sequence[Expectation]) -> list[tuple[str, str]]:
         if one.kind == "unseen":
             groups.setdefault(f"{effect_label(one.effect)}: is it there?", []).append(one)
         elif one.kind == "range":
-            groups.setdefault(f"{one.question.split(' range')[0].removeprefix('the ')} range", []).append(one)
+            groups.setdefault(
+                f"{one.question.split(' range')[0].removeprefix('the ')} range, share of what is wanted", []
+            ).append(one)
     rows += [
         (_percent([one.power for one in same]), _group_text(name, same))
         for name, same in sorted(groups.items(), key=lambda item: -max(one.power for one in item[1]))

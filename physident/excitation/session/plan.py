@@ -221,7 +221,7 @@ def _curve(chosen: list[_Candidate], score: _Score) -> tuple[tuple[float, float]
         minutes += one.piece.motion.duration / 60
         part = chosen[:k]
         expected = expectations_of(score.evidence, score.shown(part), score.ranges, score.joined(part), score.possible)
-        result.append((minutes, float(sum(e.power for e in expected))))
+        result.append((minutes, float(sum(e.settled for e in expected))))
     return tuple(result)
 
 

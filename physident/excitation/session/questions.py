@@ -13,7 +13,7 @@ from physident.effects.effect import Effect
 from physident.effects.payload import LinkChange
 
 Array = NDArray[np.float64]
-Kind = Literal["rival", "shape", "unseen", "value", "range"]
+Kind = Literal["rival", "doubt", "shape", "unseen", "value", "range"]
 Quantity = Literal["position", "speed", "load"]
 VAGUE = 0.1  # of a value: half of the 95 % interval of a value that is known well enough to be used
 
@@ -22,7 +22,8 @@ VAGUE = 0.1  # of a value: half of the 95 % interval of a value that is known we
 class OpenQuestion:
     """Something about an ``effect`` that recordings have left open.
 
-    "rival": whether it is not one of the ``rivals`` (variants of one other effect); "shape": whether its shape is not one of
+    "rival": whether it is not one of the ``rivals`` (variants of one other effect); "doubt": whether a finding that is less than a
+    cause is one; "shape": whether its shape is not one of
     these; "unseen": whether it is there at all; "value": its ``parameter`` (index of a column) to a tenth, where the standard error is
     ``std`` now. ``sizes`` (k,) are its parameters' sizes, empty where they are unknown: the effect is then taken to be as large as the
     noise.
@@ -46,9 +47,8 @@ class OpenQuestion:
         what = named(self.effect)
         if self.kind == "rival":
             return f"{what}, or {named(self.rivals[0])}?"
-        return {"shape": f"the shape of {what}", "unseen": f"{what}: is it there?"}.get(
-            self.kind, f"the value of {what}"
-        )
+        known = {"shape": f"the shape of {what}", "unseen": f"{what}: is it there?", "doubt": f"{what}: is it a cause?"}
+        return known.get(self.kind, f"the value of {what}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,8 @@ class RangeQuestion:
 
 @dataclass(frozen=True, kw_only=True)
 class Expectation:
-    """What a session is expected to say to a question: the ``power`` (0 to 1) to settle it, and ``detail`` in words.
+    """What a session is expected to say to a question: the ``power`` (0 to 1) to settle it, of a range the share of what is wanted,
+    and ``detail`` in words.
 
     ``smallest`` is the share of the assumed size that would still be found with a power of 80 %, infinite for never; it is not known for
     a range. ``effect``, ``joints``, ``rival`` and ``rival_joints`` name the question for later.
@@ -83,6 +84,11 @@ class Expectation:
     power: float
     smallest: float
     detail: str
+
+    @property
+    def settled(self) -> float:
+        """How much of an answer is expected: the power, and of a range an answer only where all that is wanted is shown."""
+        return float(self.power >= 1) if self.kind == "range" else self.power
 
     def as_dict(self) -> dict[str, Any]:
         """The expectation as JSON can hold it."""

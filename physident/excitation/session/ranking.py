@@ -25,7 +25,9 @@ def rank_recordings(regressors: Sequence[Regressor], weights: Array, criterion: 
     than two recordings and for another criterion.
     """
     if criterion not in CRITERIA:
-        raise InputError(f"criterion is {criterion!r}, expected one of {', '.join(CRITERIA)}{did_you_mean(criterion, CRITERIA)}")
+        raise InputError(
+            f"criterion is {criterion!r}, expected one of {', '.join(CRITERIA)}{did_you_mean(criterion, CRITERIA)}"
+        )
     if len(regressors) < 2:
         raise InputError(f"{len(regressors)} recordings to rank, expected two or more")
     grams = np.array([gram_of(one, weights) for one in regressors])

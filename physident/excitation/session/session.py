@@ -60,7 +60,7 @@ class Outlook:
     @property
     def settled(self) -> float:
         """Expected number of questions that the session settles."""
-        return sum(one.power for one in self.expectations)
+        return sum(one.settled for one in self.expectations)
 
 
 @dataclass(frozen=True, eq=False)
