@@ -101,10 +101,11 @@ def resume_session(
         start, [*earlier, *new], holdout, before.filter if nominal and before else None, seed, progress,
         before.layout if nominal and before else None,
     )  # fmt: skip
-    said = answers(
-        session.expectations, found, _planned(session), _shown(session.model, [*new, *holdout], found.filter)
-    )
     identified = found.estimate or (start if isinstance(start, Estimate) else None)
+    shown = _shown(session.model, [*new, *holdout], found.filter)
+    said = answers(
+        session.expectations, found, start if isinstance(start, Estimate) else found.estimate, _planned(session), shown
+    )
     return Resumed(
         answers=said, diagnosis=found, estimate=identified, pooled=len(earlier), next=_next(session, found, progress)
     )

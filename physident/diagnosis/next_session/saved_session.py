@@ -48,6 +48,7 @@ class SavedExpectation:
     rival: str
     rival_joints: tuple[int, ...]
     parameter: Annotated[int, Range(0)]
+    size: float
     power: float
     smallest: float | None
     detail: str

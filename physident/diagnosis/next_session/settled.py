@@ -12,7 +12,8 @@ from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.wording import cause
 from physident.effects.catalogue import CATALOGUE
-from physident.excitation.session.evidence import SMALLEST_POWER
+from physident.estimation.estimate import Estimate
+from physident.excitation.session.evidence import HALF, SMALLEST_POWER
 from physident.excitation.session.questions import VAGUE
 from physident.excitation.session.ranges import QUANTITIES, Ranges
 
@@ -29,10 +30,35 @@ class Answer:
 
 
 def answers(
-    questions: Sequence[SavedExpectation], found: Diagnosis, planned: Ranges, shown: Ranges
+    questions: Sequence[SavedExpectation],
+    found: Diagnosis,
+    estimate: Estimate | None,
+    planned: Ranges,
+    shown: Ranges,
 ) -> tuple[Answer, ...]:
-    """The answer to each question; ``planned`` and ``shown`` are the ranges of the session's motions and of its recordings."""
-    return tuple(_answer(one, found, planned, shown) for one in questions)
+    """The answer to each question; ``planned`` and ``shown`` are the ranges of the session's motions and of its recordings,
+    ``estimate`` is the identified model."""
+    return tuple(
+        _of_parameter(one, estimate) if one.kind == "parameter" else _answer(one, found, planned, shown)
+        for one in questions
+    )
+
+
+def _of_parameter(question: SavedExpectation, estimate: Estimate | None) -> Answer:
+    """A parameter is known where half of its interval is smaller than the size that was asked for, or than a tenth of it."""
+    unknown = Answer(question=question, settled=False, text="not identified by itself")
+    if estimate is None:
+        return unknown
+    names = [c.name for c in estimate.model.columns if c.effect == question.effect and c.joint in question.joints]
+    base = estimate.base
+    at = [
+        k for k, i in enumerate(base.independent) if estimate.model.columns[i].name in names and np.abs(base.beta[k]).max(initial=0.0) < 1e-9
+    ]
+    if not names or not at:
+        return unknown
+    half, value = HALF * float(np.sqrt(estimate.covariance[at[0], at[0]])), estimate[names[0]]
+    settled = half <= max(question.size, VAGUE * abs(value))
+    return Answer(question=question, settled=settled, text="known" if settled else "wider than was asked for")
 
 
 def _answer(question: SavedExpectation, found: Diagnosis, planned: Ranges, shown: Ranges) -> Answer:

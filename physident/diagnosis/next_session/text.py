@@ -9,6 +9,7 @@ from physident.diagnosis.next_session.settled import Answer, expected
 from physident.diagnosis.result.text import diagnosis_text
 from physident.diagnosis.result.wording import numbered
 from physident.effects.catalogue import effect_label
+from physident.excitation.session.outlook_text import ENDINGS, GROUPED
 
 
 def resumed_text(resumed: Any) -> str:
@@ -27,11 +28,11 @@ def resumed_text(resumed: Any) -> str:
 
 def _rows(said: Sequence[Answer]) -> list[str]:
     """One row for each question about a finding; effects that were not seen and ranges by name."""
-    rows = [f"  {one.question.question} {one.text}" for one in said if one.question.kind not in ("unseen", "range")]
+    rows = [f"  {one.question.question} {one.text}" for one in said if one.question.kind not in GROUPED]
     groups: dict[tuple[str, str], list[int]] = {}
     for one in said:
         question = one.question
-        if question.kind == "unseen":
+        if question.kind in ENDINGS:
             groups.setdefault((effect_label(question.effect), one.text), []).extend(question.joints)
         elif question.kind == "range":
             name = question.question.split(" range")[0].removeprefix("the ") + " range"

@@ -8,6 +8,7 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
+from physident.effects.payload import LinkChange
 from physident.estimation.estimate import Estimate
 from physident.excitation.detectability import Noise
 from physident.excitation.motion.trajectory import random_trajectory
@@ -20,14 +21,16 @@ MOTIONS = 3  # random ones, along which the size of the torque is taken
 
 
 def first_questions(model: Model) -> tuple[OpenQuestion, ...]:
-    """Whether each effect of the catalogue is there, at each of its places, and each sum of parameters of the model's friction
-    and drives as large as the noise."""
+    """How large each effect of the model is besides its links, and whether each other effect of the catalogue is there, at each
+    of its places. A change of a link is part of the links, which are identified."""
     found = []
     for cls in CATALOGUE.values():
-        if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):
+        if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot) or issubclass(cls, LinkChange):
             continue
+        owned = {j + 1 for e in model.effects if e.name == cls.name for j in e.active(model.robot)}
         for joints in cls.scope.places(model.robot.n):
-            found.append(OpenQuestion(kind="unseen", effect=effect_at(model, cls.name, joints)))
+            kind = "parameter" if joints and set(joints) <= owned else "unseen"
+            found.append(OpenQuestion(kind=kind, effect=effect_at(model, cls.name, joints)))
     return tuple(found)
 
 

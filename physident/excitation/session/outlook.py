@@ -55,6 +55,7 @@ def expectations_of(
                 rival="" if rival is None else rival.name,
                 rival_joints=() if rival is None else rival.joints or (),
                 parameter=question.parameter,
+                size=abs(float(evidence.sizes[k][question.parameter])),
                 power=float(powers[k]),
                 smallest=float(smallest[k]),
                 detail=_detail(evidence, k, float(found[k]), float(smallest[k])),

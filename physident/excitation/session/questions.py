@@ -13,7 +13,7 @@ from physident.effects.effect import Effect
 from physident.effects.payload import LinkChange
 
 Array = NDArray[np.float64]
-Kind = Literal["rival", "doubt", "shape", "unseen", "value", "range"]
+Kind = Literal["rival", "doubt", "shape", "unseen", "value", "parameter", "range"]
 Quantity = Literal["position", "speed", "load"]
 VAGUE = 0.1  # of a value: half of the 95 % interval of a value that is known well enough to be used
 
@@ -24,7 +24,8 @@ class OpenQuestion:
 
     "rival": whether it is not one of the ``rivals`` (variants of one other effect); "doubt": whether a finding that is less than a
     cause is one; "shape": whether its shape is not one of
-    these; "unseen": whether it is there at all; "value": its ``parameter`` (index of a column) to a tenth, where the standard error is
+    these; "unseen": whether it is there at all; "parameter": how large it is, of an effect that the model has, before anything was recorded;
+    "value": its ``parameter`` (index of a column) to a tenth, where the standard error is
     ``std`` now. ``sizes`` (k,) are its parameters' sizes, empty where they are unknown: the effect is then taken to be as large as the
     noise.
     """
@@ -47,7 +48,12 @@ class OpenQuestion:
         what = named(self.effect)
         if self.kind == "rival":
             return f"{what}, or {named(self.rivals[0])}?"
-        known = {"shape": f"the shape of {what}", "unseen": f"{what}: is it there?", "doubt": f"{what}: is it a cause?"}
+        known = {
+            "shape": f"the shape of {what}",
+            "unseen": f"{what}: is it there?",
+            "doubt": f"{what}: is it a cause?",
+            "parameter": f"{what}: how large?",
+        }
         return known.get(self.kind, f"the value of {what}")
 
 
@@ -71,7 +77,7 @@ class Expectation:
     and ``detail`` in words.
 
     ``smallest`` is the share of the assumed size that would still be found with a power of 80 %, infinite for never; it is not known for
-    a range. ``effect``, ``joints``, ``rival`` and ``rival_joints`` name the question for later.
+    a range. ``size`` is that of the first parameter that is assumed. ``effect``, ``joints``, ``rival`` and ``rival_joints`` name the question for later.
     """
 
     kind: Kind
@@ -81,6 +87,7 @@ class Expectation:
     rival: str = ""
     rival_joints: tuple[int, ...] = ()
     parameter: int = 0
+    size: float = 0.0
     power: float
     smallest: float
     detail: str
