@@ -27,7 +27,7 @@ from tests.truth import HiddenEffect
 Array = NDArray[np.float64]
 Way = Literal["planned", "random", "designed"]
 WAYS: tuple[Way, ...] = ("planned", "random", "designed")
-SESSIONS = 6  # of a minute, at most
+SESSIONS = 4  # of a minute, at most
 PIECES = 4  # of a session: three to diagnose and one held out
 GROUP = 25  # the set of arms, which no other study uses
 WITHIN = 10.0  # % of a value
