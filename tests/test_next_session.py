@@ -83,7 +83,9 @@ def test_noncentrality_is_what_least_squares_leaves_of_the_column(arm, noise, qu
     left = Y[:, -1] - others @ np.linalg.lstsq(others, Y[:, -1], rcond=1e-9)[0]
     memory = regressor.kept_rate / 2.0
     expected = 0.4**2 * float(left @ left) / SIGMA**2 / memory
-    assert evidence.noncentralities(shown)[0] == pytest.approx(expected, rel=0.02)  # the ridge takes nearly dependent columns for dependent
+    assert evidence.noncentralities(shown)[0] == pytest.approx(
+        expected, rel=0.02
+    )  # the ridge takes nearly dependent columns for dependent
     assert (shown + shown).samples == pytest.approx(2 * shown.samples)
 
 
@@ -96,7 +98,9 @@ def test_a_session_keeps_its_time_and_every_limit(arm, noise, questions) -> None
     starts = [leg.trajectory.states(np.array([0.0, leg.trajectory.duration])) for leg in session.legs]
     for leg, ends in zip(session.legs, starts, strict=True):
         assert leg.trajectory.violations(arm) == []
-        np.testing.assert_allclose(ends.q, np.tile(starts[0].q[0], (2, 1)), atol=1e-9)  # one after the other, without a move
+        np.testing.assert_allclose(
+            ends.q, np.tile(starts[0].q[0], (2, 1)), atol=1e-9
+        )  # one after the other, without a move
         np.testing.assert_allclose(ends.v, 0, atol=1e-9)
     again = plan_session(pid.Model.nominal(arm), questions, noise, budget)
     assert repr(again) == repr(session)

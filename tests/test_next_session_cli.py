@@ -15,15 +15,17 @@ from physident.effects.transmission import LoadDependentFriction
 from physident.estimation.estimate import as_estimate
 from tests.bad_input import one_line_error
 from tests.bad_input.good import URDF
+from tests.test_how_to import played
 
 FAST = ["--minutes", "1", "--limits", "joint", "--pool", "6"]
 SENSORS = {"schema": "physident.sensors/1", "torque_noise": 0.05, "velocity_noise": 1e-4}
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with an arm, its first session, recordings of it from an arm whose friction depends on load, and what they said."""
+def start(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the page on sessions starts from: an arm's description, and the true arm, whose friction depends on load."""
     folder = tmp_path_factory.mktemp("session")
+    (folder / "recordings").mkdir()
     (folder / "arm.urdf").write_text(URDF)
     (folder / "sensors.json").write_text(json.dumps(SENSORS))
     robot = pid.load_robot(folder / "arm.urdf")
@@ -32,44 +34,44 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     theta = [friction.get(c.effect, t) for c, t in zip(plain.columns, plain.theta, strict=True)]
     truth = pid.Model(robot, (*plain.effects, LoadDependentFriction((2,))), np.append(theta, 0.4))
     as_estimate(truth, pid.Filter()).save(folder / "truth.json")
-    assert run(["plan", "--robot", str(folder / "arm.urdf"), "--out", str(folder / "first"), *FAST]) == 0
-    for leg in json.loads((folder / "first" / "session.json").read_text())["legs"]:
-        motion, to = folder / "first" / f"{leg['name']}.json", folder / f"{leg['name']}.csv"
-        command = ["simulate", "--model", str(folder / "truth.json"), "--trajectory", str(motion), "--out", str(to)]
-        assert run([*command, "--sensors", str(folder / "sensors.json")]) == 0
     return folder
 
 
-def test_a_session_is_resumed_and_the_next_one_is_planned(session, tmp_path, monkeypatch, capsys) -> None:
-    shutil.copytree(session, tmp_path, dirs_exist_ok=True)
+@pytest.fixture(scope="module")
+def session(start: Path) -> Path:
+    """The same folder with a first session that was planned."""
+    assert run(["plan", "--robot", str(start / "arm.urdf"), "--out", str(start / "first"), *FAST]) == 0
+    return start
+
+
+def test_the_page_runs_and_the_next_session_counts_what_was_known(start, tmp_path, monkeypatch, capsys) -> None:
+    shutil.copytree(start, tmp_path, dirs_exist_ok=True)
+    played("plan-the-next-session.md", tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
-    legs = [leg["name"] for leg in json.loads(Path("first/session.json").read_text())["legs"]]
-    for name in legs:
-        assert all(Path(f"first/{name}{end}").stat().st_size > 50 for end in (".json", ".csv", ".script", ".yaml"))
-        assert pid.load_trajectory(f"first/{name}.json").violations(pid.load_robot("arm.urdf")) == []
-    assert Path("first/preview.rrd").stat().st_size > 10_000
-    capsys.readouterr()
-    files = [f"{name}.csv" for name in legs]
-    assert run(["resume", "first", "--recordings", *files, "--out", "model.json", "--json", "found.json"]) == 0
     text = capsys.readouterr().out
     settled = text.partition("\nsettled:")[2].partition("not settled:")[0]
     assert "load-dependent friction (2): it is load-dependent friction on joint 2" in settled
     assert "another session" in text or "nothing is open" in text
-    assert run(["plan", "--diagnosis", "found.json", "--out", "second", *FAST, "--robot-limits", "speed=0.5"]) == 0
-    second = json.loads(Path("second/session.json").read_text())
-    assert second["diagnosis"] == "diagnosis.json"
-    for leg in second["legs"]:
-        states = pid.load_trajectory(f"second/{leg['name']}.json").states(np.linspace(0, 15, 500))
-        assert np.abs(states.v).max() <= 0.5
-    for leg in second["legs"]:
+    for folder in ("first", "second"):
+        saved = json.loads(Path(folder, "session.json").read_text())
+        assert (saved["diagnosis"] == "diagnosis.json") == (folder == "second")
+        for leg in saved["legs"]:
+            assert pid.load_trajectory(f"{folder}/{leg['name']}.json").violations(pid.load_robot("arm.urdf")) == []
+            assert all(Path(folder, f"{leg['name']}{end}").stat().st_size > 50 for end in (".csv", ".script", ".yaml"))
+        assert Path(folder, "preview.rrd").stat().st_size > 10_000
+    in_order = [f"second_{leg['name']}.csv" for leg in saved["legs"]]
+    for leg, to in zip(saved["legs"], in_order, strict=True):
         command = ["simulate", "--model", "truth.json", "--trajectory", f"second/{leg['name']}.json"]
-        assert run([*command, "--sensors", "sensors.json", "--seed", "3", "--out", f"second_{leg['name']}.csv"]) == 0
+        assert run([*command, "--sensors", "sensors.json", "--seed", "3", "--out", to]) == 0
     capsys.readouterr()
-    in_order = [f"second_{leg['name']}.csv" for leg in second["legs"]]
     assert run(["resume", "second", "--recordings", *in_order, "--json", "again.json"]) == 0
-    assert f"{len(legs) - 1} earlier recordings counted as well" in capsys.readouterr().out
-    used = [one["path"] for one in json.loads(Path("again.json").read_text())["recordings"]]
-    assert set(files[:-1]) | set(in_order) == set(used)
+    assert "3 earlier recordings counted as well" in capsys.readouterr().out
+    used = [Path(one["path"]).name for one in json.loads(Path("again.json").read_text())["recordings"]]
+    assert set(in_order) < set(used)
+    assert len(used) == len(in_order) + 3
+    assert run(["plan", "--diagnosis", "again.json", "--out", "third", *FAST, "--robot-limits", "speed=0.5"]) == 0
+    for leg in json.loads(Path("third/session.json").read_text())["legs"]:
+        assert np.abs(pid.load_trajectory(f"third/{leg['name']}.json").states(np.linspace(0, 15, 500)).v).max() <= 0.5
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ SESSIONS = 4  # of a minute, at most
 PIECES = 4  # of a session: three to diagnose and one held out
 GROUP = 25  # the set of arms, which no other study uses
 WITHIN = 10.0  # % of a value
+RATE = 125.0  # Hz of every recording after the change: a session is diagnosed within a minute of processor time
 REST = 0.4  # s at standstill at both ends of a recording
 TARGET = (10.0, 40.0)  # % of a recording's RMS that an oracle would remove
 # effects whose value is one number, so that a tenth of it has one meaning
@@ -84,6 +85,7 @@ def hidden_arm(index: int) -> HiddenArm:
     """The arm of an index with one to three effects in turn, each as strong as the target says on an ordinary motion."""
     place = 2 * index  # the even ones stand before pinocchio's plant
     one = bench("first", GROUP, place)
+    one = replace(one, sensors=replace(one.sensors, rate=RATE))
     estimate = identified("first", GROUP, place)
     rng = np.random.default_rng([GROUP, index, 1])
     ground = Ground(one.arm, scale_of(one.arm), DURATION)

@@ -10,6 +10,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy loads: one pr
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +32,12 @@ def main() -> None:
     parser.add_argument("--part", choices=("loop", "real", "both"), default="both")
     parser.add_argument("--arms", type=int, default=40, help="how many hidden arms")
     parser.add_argument("--from", type=int, default=0, dest="first", help="the first arm")
+    parser.add_argument("--only", type=int, nargs="*", help="these hidden arms, in this order")
     parser.add_argument("--resume", action="store_true", help="leave out what is in the file of rows already")
     parser.add_argument("--keep", action="store_true", help="write results.json and the README's table, and run no arm")
     asked = parser.parse_args()
     if asked.part in ("loop", "both") and not asked.keep:
-        _run(asked.first, asked.arms, asked.resume)
+        _run(asked.only or range(asked.first, asked.first + asked.arms), asked.resume)
     results = json.loads((HERE / "results.json").read_text()) if (HERE / "results.json").exists() else {}
     if asked.part in ("real", "both"):
         results["real"] = rank_real_runs()
@@ -46,13 +48,13 @@ def main() -> None:
     keep(HERE, results, "\n\n".join(parts))
 
 
-def _run(first: int, count: int, resume: bool) -> None:
+def _run(arms: Iterable[int], resume: bool) -> None:
     """Run each arm in each way, and append a line for each."""
     ROWS.parent.mkdir(parents=True, exist_ok=True)
     if not resume:
         ROWS.unlink(missing_ok=True)
     done = {(row["arm"], row["way"]) for row in _read()}
-    for index in range(first, first + count):
+    for index in arms:
         for way in WAYS:
             if (index, way) in done:
                 continue

@@ -52,7 +52,9 @@ def _of_parameter(question: SavedExpectation, estimate: Estimate | None) -> Answ
     names = [c.name for c in estimate.model.columns if c.effect == question.effect and c.joint in question.joints]
     base = estimate.base
     at = [
-        k for k, i in enumerate(base.independent) if estimate.model.columns[i].name in names and np.abs(base.beta[k]).max(initial=0.0) < 1e-9
+        k
+        for k, i in enumerate(base.independent)
+        if estimate.model.columns[i].name in names and np.abs(base.beta[k]).max(initial=0.0) < 1e-9
     ]
     if not names or not at:
         return unknown
