@@ -146,7 +146,7 @@ def test_choices_are_within_the_budget_and_near_the_best() -> None:
         def score(chosen: list[np.ndarray]) -> float:  # concave, as shares of what is needed are
             return float(np.minimum(np.sum(chosen, axis=0) if chosen else np.zeros(4), 1.2).sum())
 
-        picked = choose(parts, seconds, 45.0, score)
+        picked = choose(parts, seconds.tolist(), 45.0, score)
         assert seconds[picked].sum() <= 45.0 + 1e-6
         assert len(set(picked)) == len(picked)
         every = (s for n in range(10) for s in itertools.combinations(range(9), n) if seconds[list(s)].sum() <= 45.0)

@@ -31,7 +31,7 @@ def start(tmp_path_factory: pytest.TempPathFactory) -> Path:
     robot = pid.load_robot(folder / "arm.urdf")
     plain = pid.Model.nominal(robot)
     friction = {"coulomb_friction": 0.6, "viscous_friction": 0.8}
-    theta = [friction.get(c.effect, t) for c, t in zip(plain.columns, plain.theta, strict=True)]
+    theta = [friction.get(c.effect or "", float(t)) for c, t in zip(plain.columns, plain.theta, strict=True)]
     truth = pid.Model(robot, (*plain.effects, LoadDependentFriction((2,))), np.append(theta, 0.4))
     as_estimate(truth, pid.Filter()).save(folder / "truth.json")
     return folder
@@ -82,6 +82,7 @@ def test_the_page_runs_and_the_next_session_counts_what_was_known(start, tmp_pat
         (["plan", "--robot", "arm.urdf", "--out", "x", "--minutes", "0.2"], "minutes is 0.2"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--minutes", "nan"], "minutes is nan"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--load", "-1"], "load is -1"),
+        (["plan", "--robot", "arm.urdf", "--out", "x", "--pool", "2"], "pool is 2"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--limits", "some"], "limits is 'some'"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--rate", "0"], "--rate is 0"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--noise", "-2", "--limits", "joint"], "noise is -2"),

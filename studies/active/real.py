@@ -88,7 +88,7 @@ def products_of(regressor: pid.Regressor) -> Products:
     n, p = len(regressor.joints), len(regressor.columns)
     gram, cross = np.zeros((n, p, p)), np.zeros((n, p))
     for j, rows in enumerate(regressor.joints):
-        gram[np.ix_([j], rows.columns, rows.columns)] = rows.values.T @ rows.values
+        gram[j][np.ix_(rows.columns, rows.columns)] = rows.values.T @ rows.values
         cross[j, rows.columns] = rows.values.T @ regressor.torque[:, j]
     return Products(gram, cross, (regressor.torque**2).sum(axis=0), len(regressor.time))
 

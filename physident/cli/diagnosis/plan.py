@@ -9,7 +9,15 @@ from typing import Annotated, Any
 import typer
 
 from physident.cli.app import app, busy, check_outputs, share_done
-from physident.cli.options import JointsOption, LockOption, MeshesOption, RobotOption, ToolOption, optional_robot
+from physident.cli.options import (
+    JointsOption,
+    JsonOption,
+    LockOption,
+    MeshesOption,
+    RobotOption,
+    ToolOption,
+    optional_robot,
+)
 from physident.errors import InputError
 
 MAX_RATE = 1e4  # Hz, faster than any controller takes set points
@@ -63,11 +71,10 @@ def plan(
         float | None,
         typer.Option("--noise", metavar="NM", help="With --robot: RMS of the torque noise after the filter [N m]."),
     ] = None,
-    pool: Annotated[
-        int, typer.Option("--pool", min=4, max=200, metavar="N", help="Number of motions to choose from.")
-    ] = 18,
+    pool: Annotated[int, typer.Option("--pool", metavar="N", help="Number of motions to choose from.")] = 18,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of tables and programs [Hz].")] = 125.0,
     seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="The same seed gives the same session.")] = 0,
+    json_out: JsonOption = None,
 ) -> None:
     """Plan the session to record next: motions within every limit that, in some minutes, settle most of what a diagnosis left
     open (--diagnosis), or show most of a new arm (--robot)."""
@@ -79,6 +86,7 @@ def plan(
     from physident.excitation.motion.sequence import MotionSequence
     from physident.excitation.recording_session import design_session
     from physident.excitation.session.plan import Budget
+    from physident.files import write_json
     from physident.graphics.plan import Plan
     from physident.graphics.session.content import SessionContent
     from physident.graphics.session.write import write_session
@@ -121,13 +129,13 @@ def plan(
     }
     copy = folder / "diagnosis.json"
     own = [] if found is None or (copy.exists() and diagnosis is not None and copy.samefile(diagnosis)) else [copy]
-    check_outputs([diagnosis, robot], *session.paths(folder), *own, preview)
+    check_outputs([diagnosis, robot], *session.paths(folder), *own, preview, json_out)
     with together():
         session.write(folder, shown, rate, record)
         if found is not None and own:
-            from physident.files import write_json
-
             write_json(copy, found.as_dict())
+        if json_out is not None:
+            write_json(json_out, session.as_dict())
         content = SessionContent(
             shown, plan=Plan(MotionSequence(tuple(leg.trajectory for leg in session.legs))), meshes=meshes
         )

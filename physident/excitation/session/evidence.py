@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,7 +164,8 @@ class Evidence:
         if self.questions[k].kind == "value":
             return float((HALF / VAGUE * (1 + norm.ppf(power) / np.sqrt(2 * self._worth(k, samples)))) ** 2)
         size, worth = len(self.places[k].own), self._worth(k, samples)
-        return float(brentq(lambda x: _power_of_f(x, size, worth) - power, 0.0, LARGE))
+        root: Any = brentq(lambda x: _power_of_f(x, size, worth) - power, 0.0, LARGE)
+        return float(root)
 
     def _worth(self, k: int, samples: Array) -> float:
         """Independent samples on a question's joints."""

@@ -88,4 +88,5 @@ def _detail(evidence: Evidence, k: int, noncentrality: float, smallest: float) -
         return f"80 % power at {smallest:.2g} times {'its size' if question.sizes else 'the size of the noise'}"
     size = abs(float(sizes[0]))
     known = "as diagnosed" if question.sizes else "as large as the noise"
-    return f"at {size:.3g} {columns[0].unit}, {known}; 80 % power from {smallest * size:.2g}"
+    unit = next(column.unit for column in columns)
+    return f"at {size:.3g} {unit}, {known}; 80 % power from {smallest * size:.2g}"

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 SHORTEST = 3 * LENGTH  # s: two pieces to fit and one to hold out
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
-WARM_UP_SPEED = 0.5  # of the first chosen motion
+SMALLEST_POOL, LARGEST_POOL = 4, 200
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +50,8 @@ class Budget:
             raise InputError(
                 f"minutes is {self.minutes:g}, expected {SHORTEST / 60:g} to 60: two pieces of {LENGTH:g} s to fit and one to hold out"
             )
+        if not SMALLEST_POOL <= self.pool <= LARGEST_POOL:
+            raise InputError(f"pool is {self.pool}, expected {SMALLEST_POOL} to {LARGEST_POOL} motions to choose from")
         if self.load is not None and not (np.isfinite(self.load) and self.load > 0):
             raise InputError(f"load is {self.load:g} kg, expected a positive mass, or None for no load")
 
