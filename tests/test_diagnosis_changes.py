@@ -66,7 +66,7 @@ def changed(
     """Which of some effects differ between recordings before and after, each a group of its own."""
     state = accepted(opened(ur5, [*before, *after]), *names, joints=joints)
     control = prepare_all(ur5, before, state.problem.filter)
-    return changed_since(state, control, [[i] for i in range(len(names))])
+    return changed_since(state, control, range(len(names)))
 
 
 def test_a_change_is_new_and_what_both_hold_is_not(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:

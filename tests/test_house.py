@@ -18,6 +18,7 @@ from tests.conftest import ROOT
 # name, and may import from its floor and the floors below.
 FLOORS = (
     "errors",
+    "arguments",
     "threads",
     "large_arrays",
     "processes",
@@ -32,6 +33,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "testing",
     "setup_checks",
     "estimation",
     "validation",

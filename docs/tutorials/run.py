@@ -1,7 +1,7 @@
 """Run the tutorials in this folder and write their outputs into them: `python docs/tutorials/run.py`.
 
-Python blocks and lines that start with `physident` are run in order, in an empty folder. The text block after them gets
-their output.
+Python blocks and lines that start with `physident` are run in order, in an empty folder; a Python block whose first line is the
+name of a file, as a comment, is saved as that file. The text block after them gets their output.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from physident.cli import run
 
 FOLDER = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(python|sh|text)\n(.*?)^```\n", flags=re.S | re.M)
+FILE = re.compile(r"# (\w+\.py)\n")
 
 
 def played(page: str, folder: Path) -> str:
@@ -41,6 +42,9 @@ def played(page: str, folder: Path) -> str:
 
 
 def _python(code: str, names: dict[str, Any]) -> str:
+    if file := FILE.match(code):
+        Path(file[1]).write_text(code, encoding="utf-8")
+        return ""
     with _printing() as out:
         exec(compile(code, "tutorial", "exec"), names)
     return _lines(out.getvalue())

@@ -9,11 +9,13 @@ import numpy as np
 
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
-from physident.diagnosis.grading.control import changed_since, control_recordings
+from physident.diagnosis.grading.control import alike_before, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
 from physident.diagnosis.grading.members import members
+from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -32,10 +34,11 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
+from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.dry_friction.transition_width import model_with_transitions
-from physident.estimation.estimate import Estimate
+from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all, shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
@@ -115,8 +118,14 @@ def diagnose_motion(
 
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
+    control = _control(estimate, before, question)
+    original, complete = as_estimate(model, used_filter), None
+    if estimate and control and before is None:
+        complete = complete_model(estimate, control, seed, progress)
+        model = estimate = complete.estimate
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
-    found = search_effects(problem, progress)
+    found = learn_curves(search_effects(problem, progress), progress)
+    problem = found.last.hypothesis.problem
     placebos = _placebos(found.last)
     _refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
@@ -126,14 +135,13 @@ def diagnose_motion(
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     progress("searching halves of the recordings")
     trust = trust_in(found.first, last, checks)
-    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust)
+    alike = alike_before(hypothesis, control)
+    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     expected = expected_error(hypothesis, estimate, floor)
-    control = _control(estimate, before, question)
-    findings, since_before = _held_against(
-        hypothesis, graded(hypothesis, found_effects, expected), control, used_filter
-    )
+    every = graded(hypothesis, found_effects, expected, controlled=bool(control))
+    findings, since_before = _apart(hypothesis, every, alike)
     findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
     findings = single_cause(findings) if found.overfull else findings
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
@@ -141,13 +149,17 @@ def diagnose_motion(
     if sure.accepted:
         errors = uncertainty if len(sure.accepted) == len(hypothesis.accepted) else uncertainty_of(sure)
         extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
+    elif complete and complete.findings:
+        extended = replace(complete.estimate, layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
-    error_before, error_after = errors_before_and_after(found.first.hypothesis, sure, extended, holdout)
+    error_before, error_after = errors_before_and_after(
+        original, found.first.hypothesis, sure, extended, with_torque, holdout
+    )
     return Diagnosis(
         question=question,
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
         findings=findings,
-        missing_since_before=since_before,
+        missing_since_before=(*(complete.findings if complete else ()), *since_before),
         wrong_baseline=_joints_of(hypothesis) if found.overfull else (),
         controlled=bool(control) if question == "different" else None,
         before=error_before,
@@ -169,7 +181,7 @@ def diagnose_motion(
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
         warnings=warnings,
-        model_file=estimate.path if estimate else None,
+        model_file=original.path,
     )
 
 
@@ -213,17 +225,12 @@ def _control(
     return tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)
 
 
-def _held_against(
-    hypothesis: Hypothesis, findings: Sequence[Finding], control: Sequence[Recording], filter: Filter
+def _apart(
+    hypothesis: Hypothesis, findings: Sequence[Finding], alike: frozenset[Key]
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """The findings that are changes, and those that the control shows alike."""
-    tested = [finding for finding in findings if not finding.intervals]  # a contact belongs to one recording
-    if not control or not tested:
-        return tuple(findings), ()
-    signals = prepare_all(hypothesis.problem.model.robot, control, filter)
-    groups = [members(hypothesis, finding) for finding in tested]
-    alike = {id(f) for f, new in zip(tested, changed_since(hypothesis, signals, groups), strict=True) if not new}
-    return tuple(f for f in findings if id(f) not in alike), tuple(f for f in findings if id(f) in alike)
+    old = {id(f): hypothesis.accepted[members(hypothesis, f)[0]].candidate.key in alike for f in findings}
+    return tuple(f for f in findings if not old[id(f)]), tuple(f for f in findings if old[id(f)])
 
 
 def _joints_of(hypothesis: Hypothesis) -> tuple[int, ...]:

@@ -32,6 +32,7 @@ class _Entries:
 
     estimator: dict
     covariance: tuple[tuple[float, ...], ...]
+    information: tuple[tuple[float, ...], ...] | None
     sigma: tuple[NotNegative, ...]
     relative_percent: tuple[NotNegative, ...]
     effective_samples: tuple[NotNegative, ...]
@@ -58,11 +59,14 @@ def load_estimate(path: str | Path) -> Estimate:
 
 
 def _from_dict(data: dict[str, Any]) -> Estimate:
-    entries = READER.read(_Entries, {"unsized": [], "warnings": []} | data, "")  # files of older versions have neither
+    entries = READER.read(
+        _Entries, {"unsized": [], "warnings": [], "information": None} | data, ""
+    )  # older files lack them
     estimate = Estimate(
         model=read_model(data, READER),
         estimator=estimator_from_dict(entries.estimator),
         covariance=np.array(entries.covariance),
+        information=None if entries.information is None else np.array(entries.information),
         sigma=np.array(entries.sigma),
         relative=np.array(entries.relative_percent),
         effective_samples=np.array(entries.effective_samples),
@@ -93,6 +97,8 @@ def _from_dict(data: dict[str, Any]) -> Estimate:
 def _check_sizes(estimate: Estimate) -> None:
     n, r = estimate.model.robot.n, estimate.base.r
     sizes = {"covariance": (r, r), "sigma": (n,), "relative": (n,), "effective_samples": (n,)}
+    if estimate.information is not None:
+        sizes["information"] = (r, r)
     for name, size in sizes.items():
         if (found := getattr(estimate, name).shape) != size:
             raise InputError(f"{name} has shape {found}, expected {size}; {REMEDY}")

@@ -39,7 +39,8 @@ class EstimatedModel:
 
     ``covariance`` (r, r) of the base parameters, valid for autocorrelated residuals, from a jackknife over ``blocks``
     blocks; ``sigma`` (n,) [N m|N] and ``relative`` (n,) [%] residual of each joint on the fitted recordings;
-    ``effective_samples`` (n,) number of independent samples they are worth. ``filter``, ``layout`` (the columns of the
+    ``effective_samples`` (n,) number of independent samples they are worth; ``information`` (r, r) about the base parameters in
+    the fitted rows at that worth, where it is known. ``filter``, ``layout`` (the columns of the
     recordings' files) and ``drive_gains`` are the defaults for other recordings.
 
     A physical estimate also states what determined it: ``shares`` (p,) of the information in independent directions
@@ -62,6 +63,7 @@ class EstimatedModel:
     layout: str | None = None
     drive_gains: tuple[float, ...] | None = None
     blocks: int = 2
+    information: Array | None = None
     prior_weight: float | None = None
     shares: tuple[float, ...] = ()
     base_shares: tuple[float, ...] = ()

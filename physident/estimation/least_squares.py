@@ -91,6 +91,8 @@ def finish(
         for rows, psi in zip(white.joints, influence.T, strict=True)
         for some in blocks(len(psi))
     )
+    if white.prior is not None:
+        gradient = gradient - white.prior * theta
     cosine = np.abs(np.asarray(gradient)[base.independent]) / (
         step.scale * max(float(np.linalg.norm(influence)), 1e-300)
     )

@@ -76,6 +76,8 @@ def jackknife(
         return A if curvature is None else A * np.sqrt(curvature[rows])[:, :, None]
 
     H = np.zeros((base.r, base.r)) if information is None else information
+    if information is None and regressor.prior is not None:
+        H = H + np.diag(regressor.prior[base.independent])
     for some in blocks(len(regressor.time), ROWS) if information is None else ():
         A = curved(some, base_rows(regressor, base, some))
         H = H + np.einsum("mjr,mjs->rs", A, A, optimize=True)

@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
+ROWS = 1 << 13  # looked at at once
+SMALLEST = 1e-12  # N m|N: the residual of exact data
 RESOLUTION = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
 
 
@@ -30,8 +33,16 @@ class Compressed:
 def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
+    prior = _scaled_prior(regressor, weights.max(axis=0))
     joints = tuple(rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True))
-    return replace(regressor, joints=joints, torque=regressor.torque * weights)
+    return replace(regressor, joints=joints, torque=regressor.torque * weights, prior=prior)
+
+
+def _scaled_prior(regressor: Regressor, weights: Array) -> Array | None:
+    """The rows that a prior counts for, weighted as the rows of its joint that count most (n,)."""
+    if regressor.prior is None:
+        return None
+    return regressor.prior * weights[[column.joint - 1 for column in regressor.columns]] ** 2
 
 
 def whiten(regressor: Regressor, covariance: Array) -> Regressor:
@@ -43,7 +54,26 @@ def whiten(regressor: Regressor, covariance: Array) -> Regressor:
     every = np.arange(len(regressor.columns))
     Y = np.einsum("jk,mkp->jmp", W, regressor.Y, optimize=True)
     joints = tuple(JointRows(every, values) for values in Y)
-    return replace(regressor, joints=joints, torque=regressor.torque @ W.T)
+    prior = _scaled_prior(regressor, 1 / np.sqrt(np.diag(covariance)))
+    return replace(regressor, joints=joints, torque=regressor.torque @ W.T, prior=prior)
+
+
+def information_in(regressor: Regressor, base: BaseParameters, sigma: Array, worth: Array) -> Array:
+    """The information (r, r) about the base parameters in a regressor whose rows of each joint leave ``sigma`` (n,) [N m|N] and
+    are worth ``worth`` (n,) independent samples."""
+    information = np.zeros((base.r, base.r))
+    place = np.full(len(regressor.columns), -1)
+    place[base.independent] = np.arange(base.r)
+    for rows, size, samples in zip(regressor.joints, sigma, worth, strict=True):
+        chosen, total = place[rows.columns] >= 0, len(regressor.time)
+        at = np.ix_(place[rows.columns[chosen]], place[rows.columns[chosen]])
+        for some in blocks(total, ROWS):
+            Y = rows.some(some)[:, chosen] / max(float(size), SMALLEST)
+            information[at] += samples / total * (Y.T @ Y)
+    if regressor.prior is not None:
+        noise = np.maximum(sigma[[column.joint - 1 for column in regressor.columns]], SMALLEST)
+        information += np.diag((regressor.prior / noise**2)[base.independent])
+    return information
 
 
 def compress(regressor: Regressor, base: BaseParameters, weights: Array | None = None) -> Compressed:

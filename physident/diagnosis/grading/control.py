@@ -1,26 +1,31 @@
 """The control of a change: the recordings that the model was fitted to, diagnosed in the same way.
 
-A model that is wrong is wrong before and after. A finding is a change only where its coefficients differ between the control and
+A model that is wrong is wrong before and after. An effect is a change only where its size differs between the control and
 the new recordings by more than both leave open. Both are fitted at once: every parameter of the extended model is common, and
-the findings' coefficients may differ in the new recordings.
+the effects' sizes may differ in the new recordings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.errors import PhysidentError
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
-from physident.estimation.uncertainty import correlation_rows
+from physident.estimation.identify import prepare_all
+from physident.estimation.uncertainty import block_labels, correlation_rows
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.load import load_recording
@@ -28,8 +33,9 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-BLOCK = 4.0  # times the residual's memory: blocks are then nearly independent
-CERTAIN = 0.01  # how often a coefficient that did not change is taken for a change
+BLOCK = 4.0  # times the memory of what rows add to a difference: blocks are then nearly independent
+FEWEST = 8  # blocks, below which their scatter says little
+CERTAIN = 0.01  # how often one of the effects that did not change is taken for a change
 
 
 def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
@@ -48,50 +54,111 @@ def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
     return tuple(found)
 
 
-def changed_since(
-    hypothesis: Hypothesis, control: Sequence[Signals], groups: Sequence[Sequence[int]]
-) -> tuple[bool, ...]:
-    """Whether each group of accepted effects (their indices) has other coefficients in the new recordings than in the control.
+def alike_before(hypothesis: Hypothesis, control: Sequence[Recording]) -> frozenset[Key]:
+    """The accepted effects that the control shows alike; none without a control, and no contact, which belongs to one recording."""
+    tested = [i for i, one in enumerate(hypothesis.accepted) if one.candidate is not CONTACT]
+    if not control or not tested:
+        return frozenset()
+    signals = prepare_all(hypothesis.problem.model.robot, control, hypothesis.problem.filter)
+    changed = changed_since(hypothesis, signals, tested)
+    return frozenset(hypothesis.accepted[i].candidate.key for i, new in zip(tested, changed, strict=True) if not new)
 
-    The group whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
+
+def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[bool, ...]:
+    """Whether each of some accepted effects (their indices) has another size in the new recordings than in the control.
+
+    The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
-    have go first, because a value that changed is a shorter story than an effect that appeared.
+    have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
+    certain each must be (Bonferroni).
     """
+    joint = _joint_fit(hypothesis, control, tested)
+    known = set(range(len(hypothesis.problem.model.theta)))
+    new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
+    left = list(range(len(tested)))
+    while left:
+        chance = dict(zip(left, joint.chances(left), strict=True))
+        doubtful = [k for k in left if chance[k] >= CERTAIN / len(left)]
+        if not doubtful:
+            break
+        left.remove(max(doubtful, key=lambda k: (k in new, chance[k])))
+    return tuple(k in left for k in range(len(tested)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _JointFit:
+    """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise;
+    the first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
+    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings with their rows."""
+
+    columns: tuple[Array, ...]
+    torque: tuple[Array, ...]
+    common: int
+    segment: NDArray[np.intp]
+    parts: tuple[tuple[Regressor, slice], ...]
+
+    @cached_property
+    def normal(self) -> Array:
+        """The normal matrix of all values."""
+        return np.sum([A.T @ A for A in self.columns], axis=0)
+
+    @cached_property
+    def slope(self) -> Array:
+        """What the torque is worth to all values."""
+        return np.sum([A.T @ y for A, y in zip(self.columns, self.torque, strict=True)], axis=0)
+
+    def chances(self, left: Sequence[int]) -> list[float]:
+        """How often noise alone makes differences as large as those of the effects that are ``left``, all others being alike."""
+        kept = np.concatenate([np.arange(self.common), self.common + np.asarray(left, dtype=np.intp)])
+        inverse = pseudo_inverse(self.normal[np.ix_(kept, kept)])
+        x = inverse @ self.slope[kept]
+        residual = [y - A[:, kept] @ x for A, y in zip(self.columns, self.torque, strict=True)]
+        result = []
+        for at in range(self.common, len(kept)):
+            push = sum(A[:, kept] @ inverse[:, at] * r for A, r in zip(self.columns, residual, strict=True))
+            result.append(self._chance(float(x[at]), np.asarray(push)))
+        return result
+
+    def _chance(self, x: float, push: Array) -> float:
+        """How often noise makes a difference as large as ``x``, to which each row adds ``push`` (M,), by Student's test over blocks.
+
+        Errors of a model last as long as a motion does, and noise as long as the filter: blocks from the latter's length up to an
+        eighth of the rows are tried, and the least certain answer counts.
+        """
+        from scipy.stats import t
+
+        memory = max(float(correlation_rows(rows, push[part, None])[0]) for rows, part in self.parts)
+        length, found = max(1, round(BLOCK * memory)), []
+        while True:
+            labels = block_labels(self.segment, length)
+            blocks = int(labels.max()) + 1
+            if found and blocks < FEWEST:
+                return max(found)
+            variance = float(np.sum(np.bincount(labels, push) ** 2)) * blocks / max(blocks - 1, 1)
+            found.append(float(2 * t.sf(abs(x) / max(np.sqrt(variance), 1e-300), max(blocks - 1, 1))))
+            length *= 2
+
+
+def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
     problem, model = hypothesis.problem, hypothesis.extension.model
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
     common = find_base_parameters(model.robot, model.effects).independent
-    found = [[_direction(hypothesis, i) for i in group] for group in groups]
-    free = np.column_stack([direction for group in found for direction in group])
-    size = len(common) + free.shape[1]
-    H, g, scores = np.zeros((size, size)), np.zeros(size), []
+    free = np.column_stack([_direction(hypothesis, i) for i in tested])
+    columns, torque = [], []
     for j in range(model.robot.n):
-        parts = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
-        columns, torque = np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
-        sigma = _size(columns, torque)
-        H += columns.T @ columns / sigma**2
-        g += columns.T @ torque / sigma**2
-        scores.append((columns / sigma, torque / sigma))
-    labels, memory = _blocks(before, after, pseudo_inverse(H) @ g, scores)
-    white = np.sum([m * columns.T @ columns for m, (columns, _) in zip(memory, scores, strict=True)], axis=0)
-    known = set(range(len(problem.model.theta)))
-    new = {
-        k
-        for k, group in enumerate(groups)
-        if not any(known & {*hypothesis.extension.places[i].tolist()} for i in group)
-    }
-    places = dict(enumerate(_split(len(common), [len(group) for group in found])))
-    while places:
-        kept = np.concatenate([np.arange(len(common)), *places.values()])
-        inverse = np.zeros_like(H)
-        inverse[np.ix_(kept, kept)] = pseudo_inverse(H[np.ix_(kept, kept)])
-        x = inverse @ g
-        covariance = inverse @ (_meat(scores, x, labels) + white) @ inverse
-        chance = {i: _chance(x, covariance, at, int(labels.max()) + 1) for i, at in places.items()}
-        doubtful = [i for i in places if chance[i] >= CERTAIN]
-        if not doubtful:
-            break
-        del places[max(doubtful, key=lambda i: (i in new, chance[i]))]
-    return tuple(i in places for i in range(len(groups)))
+        halves = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
+        A, y = (np.concatenate(part) for part in zip(*halves, strict=True))
+        sigma = _size(A, y)
+        columns.append(A / sigma)
+        torque.append(y / sigma)
+    first = len(before.time)
+    return _JointFit(
+        columns=tuple(columns),
+        torque=tuple(torque),
+        common=len(common),
+        segment=np.concatenate([before.segment, after.segment + before.segment.max() + 1]),
+        parts=((before, slice(0, first)), (after, slice(first, None))),
+    )
 
 
 def _direction(hypothesis: Hypothesis, i: int) -> Array:
@@ -126,49 +193,3 @@ def _size(columns: Array, torque: Array) -> float:
     used = columns[:, scale > 0] / scale[scale > 0]
     residual = torque - used @ np.linalg.lstsq(used, torque, rcond=1e-9)[0]
     return max(float(np.sqrt(np.mean(residual**2))), 1e-9 * max(1.0, float(np.abs(torque).max())))
-
-
-def _blocks(
-    before: Regressor, after: Regressor, x: Array, scores: Sequence[tuple[Array, Array]]
-) -> tuple[NDArray[np.intp], Array]:
-    """The block of every row, in time, and how many correlated rows of each joint (n,) are worth one."""
-    residual = np.column_stack([torque - columns @ x for columns, torque in scores])
-    first = len(before.time)
-    memory = np.max(
-        [correlation_rows(rows, part) for rows, part in ((before, residual[:first]), (after, residual[first:]))], axis=0
-    )
-    length = max(1, round(BLOCK * float(memory.max())))
-    labels, at = [], 0
-    for rows in (before, after):
-        for segment in np.unique(rows.segment):
-            count = int(np.count_nonzero(rows.segment == segment))
-            pieces = max(1, count // length)
-            labels.append(at + np.minimum(np.arange(count) * pieces // count, pieces - 1))
-            at += pieces
-    return np.concatenate(labels), memory
-
-
-def _meat(scores: Sequence[tuple[Array, Array]], x: Array, labels: NDArray[np.intp]) -> Array:
-    """Sum over blocks of the outer product of each block's gradient: the noise as it really is, correlated and uneven."""
-    blocks = int(labels.max()) + 1
-    gradient = np.zeros((blocks, len(x)))
-    for columns, torque in scores:
-        np.add.at(gradient, labels, columns * (torque - columns @ x)[:, None])
-    return gradient.T @ gradient * blocks / max(blocks - 1, 1)
-
-
-def _split(first: int, sizes: Sequence[int]) -> list[NDArray[np.intp]]:
-    ends = first + np.cumsum(sizes)
-    return [np.arange(end - size, end) for end, size in zip(ends, sizes, strict=True)]
-
-
-def _chance(x: Array, covariance: Array, at: NDArray[np.intp], blocks: int) -> float:
-    """How often noise alone makes differences as large as those at some places of x, by Hotelling's test with as much freedom
-    as there are blocks; always, where there are too few."""
-    from scipy.stats import f
-
-    k = len(at)
-    if blocks <= k + 1:
-        return 1.0
-    T2 = float(x[at] @ pseudo_inverse(covariance[np.ix_(at, at)]) @ x[at])
-    return float(f.sf(T2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k))

@@ -34,9 +34,15 @@ def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floo
     return np.max(levels, axis=0)
 
 
-def graded(hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array) -> tuple[Finding, ...]:
-    """The findings with their grades, causes first, each in order of what it takes."""
-    found = [_graded(hypothesis, finding, expected) for finding in findings]
+def graded(
+    hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array, controlled: bool = False
+) -> tuple[Finding, ...]:
+    """The findings with their grades, causes first, each in order of what it takes.
+
+    An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
+    change with more right than the new recordings alone.
+    """
+    found = [_graded(hypothesis, finding, expected, controlled) for finding in findings]
     order: dict[Grade, int] = {"cause": 0, "contribution": 1, "hint": 2}
     return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
 
@@ -50,7 +56,7 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     )
 
 
-def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Finding:
+def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlled: bool) -> Finding:
     index = [j - 1 for j in finding.joints] or list(range(len(expected)))
     weights = 1 / hypothesis.fit.sigma[index] ** 2
     problem = hypothesis.problem
@@ -62,7 +68,8 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array) -> Findin
     takes = max(0.0, finding.gain.rms_before**2 - finding.gain.rms_after**2)
     leaves = max(0.0, finding.gain.rms_after**2 - right)
     sized = [v for v in finding.parameters if v.std > 0]
-    vague = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
+    holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
+    vague = holds_old and not controlled
     # a contact lasts a moment: what the joints leave at all other times says nothing about it, and it has thresholds of its own
     is_cause = bool(finding.intervals) or (takes > max(leaves, NOTICED * right) and not vague)
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"

@@ -130,10 +130,12 @@ class DiagnosisProblem:
         """The regressor with the columns that depend on a model evaluated by ``model``."""
         if model is self.model:
             return self.regressor
-        effects = [*self.model.effects, *(o.effect for c in self.candidates for o in c.options if o.effect is not None)]
-        dependent = [effect for effect in effects if effect.needs_model]
-        owner = [effect for effect in effects for _ in effect.columns(model.robot)]
-        places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
+        owned = [(effect, effect.columns(model.robot)) for effect in self.model.effects]
+        ends = np.cumsum([0, *(len(columns) for _, columns in owned)])
+        placed = [(effect, range(a, b)) for (effect, _), a, b in zip(owned, ends, ends[1:], strict=False)]
+        placed += [(o.effect, o.columns) for c in self.candidates for o in c.options if o.effect is not None]
+        dependent = [effect for effect, _ in placed if effect.needs_model]
+        places = np.array([at for effect, columns in placed if effect.needs_model for at in columns], dtype=np.intp)
         fresh = build_regressor(model.robot, dependent, self.referred(model), self.filter)
         return self.regressor.with_columns(weight_rows(fresh, self.weights), places)
 
@@ -179,10 +181,14 @@ def state_problem(
         fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
     known = known_rows(spread)
-    trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known), evaluated={}, by_model=[])
+    trusted = replace(
+        problem, weights=known, regressor=weight_rows(regressor, known).in_memory(), evaluated={}, by_model=[]
+    )
     fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
     weights = rest_weights(spread, dry_level(ordinary), fit.residual / known, regressor.counted)
-    problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights), evaluated={}, by_model=[])
+    problem = replace(
+        problem, weights=weights, regressor=weight_rows(regressor, weights).in_memory(), evaluated={}, by_model=[]
+    )
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
     problem = replace(problem, memory=correlation_rows(regressor, noise))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.search_data import Baseline
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
-from physident.dynamics.regressor import Regressor
+from physident.dynamics.regressor import JointRows, Regressor
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.physical.information_shares import BY_PRIOR
+from physident.estimation.weighting import information_in
 from physident.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -89,18 +90,19 @@ def parameter_freedom(
 def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:
     """A root (r, R) of the base parameters' covariance, and the names of those that were never identified.
 
-    A covariance from G blocks has rank G and no more: it is mixed with what the new motion would leave open at the old
-    recordings' worth, as if that were r blocks of prior knowledge; else r - G directions would be known exactly.
+    A covariance from G blocks has rank G and no more: it is mixed with the inverse of the fitted rows' information, as if that
+    were r blocks of prior knowledge; else r - G directions would be known exactly. Of a model that does not know the
+    information, the rows of the new motion stand in, at the old recordings' worth.
     """
-    base = estimate.base
-    information = np.zeros((base.r, base.r))
-    place = np.full(len(estimate.theta), -1)
-    place[base.independent] = np.arange(base.r)
-    for rows, sigma, worth in zip(regressor.joints, estimate.sigma, estimate.effective_samples, strict=True):
-        chosen = [k for k, c in enumerate(rows.columns) if c < len(place) and place[c] >= 0]
-        Y = rows.values[:, chosen] / sigma
-        at = place[rows.columns[chosen]]
-        information[np.ix_(at, at)] += (worth / len(Y)) * (Y.T @ Y)
+    base, information = estimate.base, estimate.information
+    if information is None:
+        columns = len(estimate.theta)
+        joints = tuple(
+            JointRows(rows.columns[rows.columns < columns], rows.values[:, rows.columns < columns])
+            for rows in regressor.joints
+        )
+        own = replace(regressor, joints=joints, columns=regressor.columns[:columns])
+        information = information_in(own, base, estimate.sigma, estimate.effective_samples)
     share = base.r / (base.r + estimate.blocks)
     covariance = (1 - share) * estimate.covariance + share * pseudo_inverse(information)
     decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_PRIOR

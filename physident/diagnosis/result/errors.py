@@ -8,18 +8,29 @@ import numpy as np
 
 from physident.diagnosis.result.findings import JointErrors
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.estimation.estimate import Estimate, as_estimate
+from physident.estimation.estimate import Estimate
 from physident.recordings.recording import Recording
 from physident.validation.scores import compare, validate
 
 
 def errors_before_and_after(
-    first: Hypothesis, last: Hypothesis, extended: Estimate | None, holdout: Sequence[Recording]
+    given: Estimate,
+    first: Hypothesis,
+    last: Hypothesis,
+    extended: Estimate | None,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
 ) -> tuple[JointErrors, JointErrors]:
-    """Errors of the model as given and of the extended one: on the holdout where there is one, else on left-out rows."""
+    """Errors of the model as ``given`` and of the extended one: on the holdout where there is one, else on left-out rows.
+
+    Where the search began from a model with more than was given, the given one is scored on the new recordings as it is: it
+    never saw any of their rows.
+    """
     if not holdout:
-        return _left_out_errors(first), _left_out_errors(last)
-    given = as_estimate(first.problem.given, first.problem.filter)
+        if first.problem.model is given.model:
+            return _left_out_errors(first), _left_out_errors(last)
+        score = validate(given, recordings)
+        return JointErrors(score.rms, score.relative_all), _left_out_errors(last)
     if extended is None:
         score = validate(given, holdout)
         errors = JointErrors(score.rms, score.relative_all)

@@ -44,10 +44,15 @@ def cause(effect: str, joints: Sequence[int]) -> str:
     return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
 
 
-def wrong_baseline_sentence(question: Question, joints: Sequence[int], causes: Sequence[Finding]) -> str:
-    """What to do where a search was stopped because it found more than a handful."""
+def wrong_baseline_sentence(
+    question: Question, joints: Sequence[int], causes: Sequence[Finding], controlled: bool | None = None
+) -> str:
+    """What to do where a search was stopped because it found more than a handful; a ``controlled`` one has asked already what the
+    model lacked before."""
     first = {
-        "different": "first ask what is missing, on the recordings that the model was fitted to, or record better",
+        "different": "identify the model again from these recordings, and ask what is missing from it"
+        if controlled
+        else "first ask what is missing, on the recordings that the model was fitted to, or record better",
         "missing": "record a richer motion or better signals",
         "nominal": "first identify the model from recordings",
     }[question]

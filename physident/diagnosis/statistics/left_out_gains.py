@@ -23,25 +23,31 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class LeftOutGains:
     """Squared weighted residuals in units of the noise, on rows that were left out: of the baseline, ``before`` (folds, n, S),
-    and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``worth`` (n,) independent samples;
+    and by how much each candidate lowers them, ``gain`` (candidates, folds, n, S); ``relief`` (candidates, folds, S): by how
+    much the baseline contradicts its prior less with the candidate, fitted outside the fold; ``worth`` (n,) independent samples;
     ``visible`` (candidates,) the largest share over a candidate's shapes of its columns' energy outside the baseline."""
 
     before: Array
     gain: Array
+    relief: Array
     worth: Array
     visible: Array
 
     @property
     def evidence(self) -> Array:
-        """Evidence (candidates, S) for each candidate over all folds."""
-        return evidence_of(self.before.sum(axis=0), self.gain.sum(axis=1), self.worth)
+        """Evidence (candidates, S) for each candidate over all folds.
+
+        A prior is what earlier rows said: they speak for a candidate too, where new rows contradict them without it.
+        """
+        return evidence_of(self.before.sum(axis=0), self.gain.sum(axis=1), self.worth) + self.relief.mean(axis=1)
 
     @property
     def evidence_without_best_fold(self) -> Array:
         """Evidence (candidates, S) without the fold that speaks most for a candidate."""
         before, gain = self.before.sum(axis=0), self.gain.sum(axis=1)
         every = [
-            evidence_of(before - self.before[f], gain - self.gain[:, f], self.worth) for f in range(len(self.before))
+            evidence_of(before - self.before[f], gain - self.gain[:, f], self.worth) + self.relief[:, f]
+            for f in range(len(self.before))
         ]
         return np.min(every, axis=0)
 
@@ -69,10 +75,11 @@ def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Ar
     S, n = responses.shape[2], len(fit.weights)
     before = np.zeros((len(labels), n, S))
     gain = np.zeros((len(data.candidates), len(labels), n, S))
+    relief = np.zeros((len(data.candidates), len(labels), S))
     for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
-        before[at], gain[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
+        before[at], gain[:, at], relief[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
     rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOutGains(before, gain, rows / fit.memory, _visible_shares(data, baseline, whole))
+    return LeftOutGains(before, gain, relief, rows / fit.memory, _visible_shares(data, baseline, whole))
 
 
 def _visible_shares(data: SearchData, baseline: Baseline, products: _Products) -> Array:
@@ -140,8 +147,11 @@ def _total(products: Sequence[_Products]) -> _Products:
     return whole
 
 
-def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], prior: Array) -> tuple[Array, Array]:
-    """Costs (n, S) of the baseline on one fold by joint, and gains (candidates, n, S) of what the other folds decide."""
+def _left_out(
+    data: SearchData, train: _Products, test: Sequence[_Products], prior: Array
+) -> tuple[Array, Array, Array]:
+    """Costs (n, S) of the baseline on one fold by joint, gains (candidates, n, S) of what the other folds decide, and by how much
+    (candidates, S) their baseline contradicts its prior less with each candidate."""
     inverse = pseudo_inverse(train.BB + np.diag(prior))
     Z, x = inverse @ train.BC, inverse @ train.By
     slope = train.Cy - train.BC.T @ x
@@ -151,14 +161,15 @@ def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], pri
         through.append(0.5 * (part.BB @ Z) - part.BC)
     n, S = len(test), slope.shape[1]
     before = np.array([part.yy - 2 * np.sum(x * part.By, axis=0) + np.sum(x * (part.BB @ x), axis=0) for part in test])
-    result = np.zeros((len(data.candidates), n, S))
+    result, relief = np.zeros((len(data.candidates), n, S)), np.zeros((len(data.candidates), S))
+    contradicted = prior[:, None] * x
     best = np.full((len(data.candidates), S), -np.inf)
     every = np.arange(S)
     for k, group in enumerate(data.groups):
         c = group.columns
         Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
         cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
-        root = whitening(train.CC[k], train.CC[k] - cross)
+        root = whitening(train.CC[k], train.CC[k] - cross + group.prior_normal)
         theta = root @ (root.transpose(0, 2, 1) @ slope[c])
         seen = np.einsum("oks,oks->os", theta, slope[c])
         gain = np.empty((n, *seen.shape))
@@ -166,10 +177,14 @@ def _left_out(data: SearchData, train: _Products, test: Sequence[_Products], pri
             half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
             apart = part.CC[k] + half + half.transpose(0, 2, 1)
             gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
+        pulled = Zc @ contradicted  # (O, k, S)
+        held = Zc @ (prior[:, None] * np.swapaxes(Zc, 1, 2))
+        eased = 2 * np.einsum("oks,oks->os", theta, pulled) - np.einsum("oks,oks->os", theta, held @ theta)
         for candidate in np.unique(group.owner):
             mine = np.flatnonzero(group.owner == candidate)
             top = mine[np.argmax(seen[mine], axis=0)]
             better = seen[top, every] > best[candidate]
             best[candidate] = np.where(better, seen[top, every], best[candidate])
             result[candidate] = np.where(better, gain[:, top, every], result[candidate])
-    return before, result
+            relief[candidate] = np.where(better, eased[top, every], relief[candidate])
+    return before, result, relief

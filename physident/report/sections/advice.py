@@ -33,7 +33,7 @@ def advice(c: DiagnosisRecord) -> Markup:
 
 
 def _incomplete(c: DiagnosisRecord) -> list[str]:
-    if not c.incomplete:
+    if not c.incomplete or c.controlled:  # then they have been asked
         return []
     return ["First find what the model lacks: diagnose the recordings that it was fitted to."]
 

@@ -1,0 +1,53 @@
+"""The model with what its own recordings show that it lacks: only beside that can a change be told from an old fault.
+
+Friction that a model does not have is missing before and after. Asked what is different, a search would name it, and what it
+hides or imitates would be named with it. So the recordings that the model was fitted to are asked first what is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from physident.diagnosis.learned.learn import learn_curves
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.result.assemble import make_findings
+from physident.diagnosis.result.extended_estimate import extended_estimate
+from physident.diagnosis.result.findings import Finding
+from physident.diagnosis.search.forward_search import search_effects
+from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.errors import PhysidentError
+from physident.estimation.estimate import Estimate
+from physident.estimation.identify import prepare_all
+from physident.recordings.recording import Recording
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CompletedModel:
+    """An ``estimate`` with all that its own recordings show, and the ``findings`` that were added to it."""
+
+    estimate: Estimate
+    findings: tuple[Finding, ...] = ()
+
+
+def complete_model(
+    estimate: Estimate, control: Sequence[Recording], seed: int, progress: Callable[[str], None]
+) -> CompletedModel:
+    """The estimate with what a search on the ``control``, all of the recordings that it was fitted to, adds to it.
+
+    Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is.
+    """
+    progress("searching the model's own recordings for what they show already")
+    signals = prepare_all(estimate.model.robot, control, estimate.filter)
+    try:
+        found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
+        hypothesis = found.last.hypothesis
+        if not hypothesis.accepted:
+            return CompletedModel(estimate=estimate)
+        uncertainty = uncertainty_of(hypothesis)
+        extended = extended_estimate(hypothesis, uncertainty, control)
+    except PhysidentError:
+        return CompletedModel(estimate=estimate)
+    checks = [RivalCheck(one, 0.0, ()) for one in hypothesis.accepted]
+    return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))

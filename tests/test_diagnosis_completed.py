@@ -1,0 +1,110 @@
+"""What a model's own recordings show is told apart from what changed, and what they tell limits how far the model may move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.problem.question import parameter_freedom
+from physident.dynamics.regressor import build_regressor
+from physident.estimation.identify import prepare_all
+from tests.opened import opened
+
+RIPPLED, HEAVIER = 3, 2  # joints, from 1
+
+
+def with_fault(run: pid.Recording, also_heavier: bool) -> pid.Recording:
+    """A recording of an arm whose joint 3 always rippled, and whose joint 2 became more viscous."""
+    v = run.dq
+    assert v is not None
+    torque = np.zeros_like(run.q)
+    torque[:, RIPPLED - 1] = 2.0 * np.sin(5 * run.q[:, RIPPLED - 1] + 0.4)
+    if also_heavier:
+        torque[:, HEAVIER - 1] = 9.0 * v[:, HEAVIER - 1]
+    return replace(run, effort=run.effort + torque)
+
+
+@pytest.fixture(scope="module")
+def found(ur5: pid.Robot, healthy_runs: list[pid.Recording], tmp_path_factory: pytest.TempPathFactory) -> pid.Diagnosis:
+    folder = tmp_path_factory.mktemp("completed")
+    before = [stored(with_fault(run, False), folder / f"before{k}.csv") for k, run in enumerate(healthy_runs[:2])]
+    after = [stored(with_fault(run, True), folder / f"after{k}.csv") for k, run in enumerate(healthy_runs[2:])]
+    diagnosis = pid.diagnose(pid.identify(ur5, before), after)
+    assert isinstance(diagnosis, pid.Diagnosis)
+    return diagnosis
+
+
+def stored(run: pid.Recording, path: Path) -> pid.Recording:
+    """The recording as a file, so that it can be found again."""
+    assert run.dq is not None
+    names = [f"{name}_{j + 1}" for name in ("q", "dq", "tau") for j in range(run.n)]
+    table = np.column_stack([run.time, run.q, run.dq, run.effort])
+    np.savetxt(path, table, delimiter=",", header=",".join(["time", *names]), comments="", fmt="%.12g")
+    return pid.load_recording(path)
+
+
+def test_an_old_fault_is_missing_since_before_and_only_the_change_is_a_cause(found: pid.Diagnosis) -> None:
+    assert [(f.effect, f.joints) for f in found.causes] == [("viscous_friction", (HEAVIER,))]
+    assert {j for f in found.missing_since_before for j in f.joints} >= {RIPPLED}
+    assert found.controlled
+
+
+def test_the_change_has_its_value(found: pid.Diagnosis) -> None:
+    (value,) = found.causes[0].parameters
+    assert value.change == pytest.approx(9.0, rel=0.1)
+
+
+def test_the_extended_model_holds_the_old_fault_too(found: pid.Diagnosis) -> None:
+    """The error is that of the model as given, and the extended model mends both joints."""
+    joints = [RIPPLED - 1, HEAVIER - 1]
+    assert (found.after.rms[joints] < 0.6 * found.before.rms[joints]).all()
+
+
+def test_prior_knowledge_is_that_of_the_fitted_rows(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
+    """How far a parameter may move does not depend on the motion that is asked about, be it ever so poor."""
+    estimate = pid.identify(ur5, healthy_runs[:2])
+    spreads = []
+    for run in (healthy_runs[2], _first_seconds(healthy_runs[3], 4.0)):
+        signals = prepare_all(ur5, [run], estimate.filter)
+        regressor = build_regressor(ur5, estimate.model.effects, signals, estimate.filter)
+        freedom = parameter_freedom(estimate, "different", regressor)
+        spreads.append(np.sqrt((freedom.map**2).sum(axis=1)))
+    assert spreads[1] == pytest.approx(spreads[0], rel=1e-6)
+
+
+def test_information_is_that_of_rows_as_independent_as_they_are(healthy_estimate: pid.Estimate) -> None:
+    assert healthy_estimate.information is not None
+    information = healthy_estimate.information
+    assert np.linalg.eigvalsh(information).min() > -1e-9 * np.linalg.eigvalsh(information).max()
+    # the jackknife, which knows nothing of it, gives standard errors of the same size
+    ratio = np.sqrt(np.diag(np.linalg.pinv(information)) / np.diag(healthy_estimate.covariance))
+    assert 0.3 < np.median(ratio) < 3
+
+
+def test_it_survives_the_model_file(healthy_estimate: pid.Estimate, tmp_path: Path) -> None:
+    healthy_estimate.save(tmp_path / "model.json")
+    again = pid.load_estimate(tmp_path / "model.json").information
+    assert again is not None
+    assert np.array_equal(again, healthy_estimate.information)
+
+
+def test_each_joint_of_an_effect_changes_by_itself(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
+    from physident.diagnosis.grading.control import alike_before
+    from tests.test_diagnosis_changes import accepted
+
+    before = [with_fault(run, False) for run in healthy_runs[:2]]
+    after = [with_fault(run, True) for run in healthy_runs[2:]]
+    state = accepted(opened(ur5, [*before, *after]), "viscous_friction", joints=(RIPPLED,))
+    both = accepted(opened(ur5, [*before, *after]), "viscous_friction", joints=(HEAVIER,))
+    assert alike_before(state, before) == {("viscous_friction", (RIPPLED,))}
+    assert alike_before(both, before) == frozenset()
+
+
+def _first_seconds(run: pid.Recording, seconds: float) -> pid.Recording:
+    rows = run.time < run.time[0] + seconds
+    assert run.dq is not None
+    return replace(run, time=run.time[rows], q=run.q[rows], dq=run.dq[rows], effort=run.effort[rows])
