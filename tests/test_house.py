@@ -22,6 +22,7 @@ FLOORS = (
     "outputs",
     "files",
     "json_records",
+    "notebook",
     "robots",
     "recordings",
     "dynamics.vectorised",

@@ -19,6 +19,7 @@ from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.columns.reading import Reading
 from physident.recordings.formats.frame import frame_of, table_of_frame
 from physident.recordings.formats.table import Table
+from physident.recordings.notebook import recording_html
 from physident.recordings.rows import good_rows
 
 if TYPE_CHECKING:
@@ -250,6 +251,12 @@ class Recording:
         rate = (len(self.time) - 1) / self.duration if self.duration > 0 else float("nan")
         text = f"Recording {self.source}: {self.n} joints, {self.duration:.1f} s at {rate:.0f} Hz, {self.effort_kind}"
         return text + (f", {len(self.rejected)} bad rows left out" if self.rejected else "")
+
+    def _repr_html_(self) -> str:
+        names = self.joint_names or [str(j) for j in range(1, self.n + 1)]
+        speed = self.dq if self.dq is not None else np.gradient(self.q, self.time, axis=0)
+        unit = "torque [N m]" if self.effort_kind == "torque" else "current [A]"
+        return recording_html(repr(self), names, self.q, speed, self.effort, unit)
 
 
 def recording_from_rows(
