@@ -5,6 +5,7 @@ Names are loaded when they are first used, so that importing the package is quic
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any
 
 from physident.files import VERSION as __version__
@@ -12,8 +13,12 @@ from physident.files import VERSION as __version__
 _PUBLIC = {
     "BaseParameters": "identifiability.base_parameters",
     "find_base_parameters": "identifiability.base_parameters",
-    "Cone": "effects.effect",
-    "Column": "effects.effect",
+    "Cone": "effects.classification",
+    "Column": "effects.classification",
+    "Family": "effects.classification",
+    "FormulaEffect": "effects.user.formula",
+    "VelocityFriction": "effects.friction",
+    "load_effects": "effects.catalogue",
     "Effect": "effects.effect",
     "CATALOGUE": "effects.catalogue",
     "make_effects": "effects.catalogue",
@@ -102,8 +107,11 @@ if TYPE_CHECKING:
     from physident.diagnosis.result.findings import Finding
     from physident.dynamics.model import Model
     from physident.dynamics.regressor import Regressor, build_regressor
-    from physident.effects.catalogue import CATALOGUE, make_effects
+    from physident.effects.catalogue import CATALOGUE, load_effects, make_effects
+    from physident.effects.classification import Family
     from physident.effects.effect import Column, Cone, Effect
+    from physident.effects.friction import VelocityFriction
+    from physident.effects.user.formula import FormulaEffect
     from physident.errors import InputError, NotSolvedError, PhysidentError, PhysidentWarning
     from physident.estimation.drive_gains.drive_gains import DriveGains, identify_drive_gains
     from physident.estimation.estimate import Estimate
@@ -152,6 +160,10 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     value = getattr(import_module(f"physident.{_PUBLIC[name]}"), name)
+    if inspect.isfunction(value):
+        from physident.arguments import checked
+
+        value = checked(value)
     globals()[name] = value
     return value
 

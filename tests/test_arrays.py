@@ -116,7 +116,7 @@ def test_one_recording_or_a_path_is_taken_wherever_a_list_is(ur5: pid.Robot, tmp
         np.testing.assert_array_equal(pid.compare(listed, listed, on=given).after.rms, expected)
     with pytest.raises(pid.InputError, match="expected each recording once"):
         pid.identify(ur5, [again[0], str(paths[0])])
-    for wrong, says in ((5, "int"), ([5], "int"), ([again[0].q], "from_arrays"), (None, "NoneType")):
+    for wrong, says in ((5, "is 5"), ([5], "int"), ([again[0].q], "from_arrays"), (None, "is None")):
         with pytest.raises(pid.InputError, match=says):
             pid.identify(ur5, wrong)  # pyright: ignore[reportArgumentType]
     with pytest.raises(pid.InputError, match="not found"):

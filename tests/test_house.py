@@ -18,6 +18,7 @@ from tests.conftest import ROOT
 # name, and may import from its floor and the floors below.
 FLOORS = (
     "errors",
+    "arguments",
     "threads",
     "outputs",
     "files",
@@ -31,6 +32,7 @@ FLOORS = (
     "effects",
     "dynamics",
     "identifiability",
+    "testing",
     "setup_checks",
     "estimation",
     "validation",

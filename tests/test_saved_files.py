@@ -87,7 +87,9 @@ def test_diagnosis_file() -> None:
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
-        assert one.pop("in_words") == ""
+        assert (one.pop("in_words"), one.pop("curves")) == ("", [])
+    for one in again["unexplained"]:
+        assert one.pop("predictable") is None
     for errors in (again["score"]["before"], again["score"]["after"]):
         errors["relative_percent"] = errors.pop("relative_percent_all")
     assert again == text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,3 +154,28 @@ def test_joints_that_disagree_about_the_mass_are_reported(
     loaded = [_loaded(ur5, run, [0.0, 0.0, 0.1]) for run in healthy_runs[2:]]
     found = pid.identify_payload(arm, [replace(run, effort=run.effort * scale) for run in loaded])
     assert any("joints disagree about the mass" in text for text in found.contradictions)
+
+
+def test_every_function_of_recordings_says_that_velocities_contradict_positions(
+    ur5: pid.Robot, healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    def in_degrees(run: pid.Recording) -> pid.Recording:
+        assert run.dq is not None
+        return replace(run, dq=np.degrees(run.dq))
+
+    fitted, unseen = in_degrees(healthy_runs[0]), in_degrees(healthy_runs[2])
+    loaded = in_degrees(_loaded(ur5, healthy_runs[3], [0.0, 0.0, 0.1]))
+    amperes = [replace(run, effort_kind="current") for run in (fitted, loaded)]
+    for call in (
+        lambda: pid.identify(ur5, fitted),
+        lambda: pid.validate(healthy_estimate, unseen),
+        lambda: healthy_estimate.predict(unseen),
+        lambda: pid.compare(healthy_estimate, healthy_estimate, on=unseen),
+        lambda: pid.identify_payload(healthy_estimate, loaded),
+        lambda: pid.identify_drive_gains(ur5, amperes[0], amperes[1], 3.0),
+    ):
+        with (
+            pytest.warns(pid.PhysidentWarning, match="velocity of all joints is in degrees per second"),
+            suppress(pid.PhysidentError),  # gains of so short a recording may not be separable
+        ):
+            call()

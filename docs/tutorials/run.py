@@ -3,8 +3,8 @@
 A page with the comment `<!-- played with: NAMES -->` starts with these recordings (recordings.py) in its folder. With words after the
 command, only the pages with such words in their names are run.
 
-Python blocks and lines that start with `physident` are run in order, in an empty folder. The text block after them gets
-their output.
+Python blocks and lines that start with `physident` are run in order, in an empty folder; a Python block whose first line is the
+name of a file, as a comment, is saved as that file. The text block after them gets their output.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(python|sh|text)\n(.*?)^```\n", flags=re.S | re.M)
 PLAYED = re.compile(r"^<!-- played(?: with: (.*?))? -->$", flags=re.M)
 WAITING = re.compile(r"physident: .*, \d+ s")  # printed by slow machines only
+FILE = re.compile(r"# (\w+\.py)\n")
 
 
 def played(page: str, folder: Path) -> str:
@@ -47,6 +48,9 @@ def played(page: str, folder: Path) -> str:
 
 
 def _python(code: str, names: dict[str, Any]) -> str:
+    if file := FILE.match(code):
+        Path(file[1]).write_text(code, encoding="utf-8")
+        return ""
     with _printing() as out:
         exec(compile(code, "tutorial", "exec"), names)
     return _lines(out.getvalue())

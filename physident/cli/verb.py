@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from difflib import get_close_matches
-from typing import Any
+from functools import wraps
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -16,6 +18,7 @@ from physident.outputs import is_standard_output
 
 FORCE = "--force"
 FORCED = "physident.forced"  # key of a context's notes
+WITH_EFFECTS = {"model", "effects", "diagnosis"}  # parameters of verbs that take effects
 
 
 class Verb(TyperCommand):
@@ -66,11 +69,60 @@ class Verb(TyperCommand):
                     formatter.write_dl(rows)
 
 
+def _bring(ctx: typer.Context, files: list[str] | None) -> list[str] | None:
+    """Bring effects of the user's own into the catalogue, for one run of a verb."""
+    if not files or ctx.resilient_parsing:
+        return files
+    from physident.effects.catalogue import CATALOGUE, load_effects
+
+    before = dict(CATALOGUE)
+
+    def restore() -> None:
+        CATALOGUE.clear()
+        CATALOGUE.update(before)
+
+    ctx.call_on_close(restore)
+    for file in files:
+        load_effects(file)
+    return files
+
+
+EffectsFromOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effects-from",
+        metavar="FILE...",
+        is_eager=True,
+        callback=_bring,
+        help="Python files that define effects of your own, up to the next option.",
+    ),
+]
+
+
+def with_effects_from(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A verb with the option --effects-from, where it takes effects by name, a model or a diagnosis."""
+    signature = inspect.signature(function, eval_str=True)
+    if not WITH_EFFECTS & set(signature.parameters):
+        return function
+
+    @wraps(function)
+    def verb(*args: Any, effects_from: list[str] | None = None, **options: Any) -> Any:
+        return function(*args, **options)
+
+    option = inspect.Parameter(
+        "effects_from", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=EffectsFromOption
+    )
+    verb.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])  # pyright: ignore[reportAttributeAccessIssue]
+    verb.__annotations__ = {**function.__annotations__, "effects_from": EffectsFromOption}
+    return verb
+
+
 class Application(typer.Typer):
     """A typer application whose commands are verbs."""
 
     def command(self, name: str | None = None, **settings: Any) -> Any:
-        return super().command(name, **{"cls": Verb, **settings})
+        register = super().command(name, **{"cls": Verb, **settings})
+        return lambda function: register(with_effects_from(function))
 
 
 def _takes_files(option: Any) -> bool:

@@ -15,6 +15,7 @@ from physident.diagnosis.grading.control import alike_before, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, without
 from physident.diagnosis.grading.members import members
+from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -123,7 +124,8 @@ def diagnose_motion(
         complete = complete_model(estimate, control, seed, progress)
         model = estimate = complete.estimate
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
-    found = search_effects(problem, progress)
+    found = learn_curves(search_effects(problem, progress), progress)
+    problem = found.last.hypothesis.problem
     placebos = _placebos(found.last)
     _refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, get_origin, get_type_hints
 
 from physident.dynamics.model import Model
-from physident.effects.catalogue import effect_class
+from physident.effects.catalogue import saved_effect_class
 from physident.errors import InputError
 from physident.json_records import NotNegative, Range, RecordReader
 
@@ -61,7 +61,7 @@ def read_model(data: Any, reader: RecordReader, where: str = "") -> Model:
 
 def _check_effect(entry: dict[str, Any], reader: RecordReader, where: str) -> None:
     """Raises InputError for a setting of another type than the effect's class states, or a shape beyond all reason."""
-    effect = effect_class(reader.read(str, entry.get("effect"), f"{where}.effect"))
+    effect = saved_effect_class({**entry, "effect": reader.read(str, entry.get("effect"), f"{where}.effect")})
     hints = get_type_hints(effect, include_extras=True)
     for name, value in entry.items():
         if name in hints and get_origin(hints[name]) is not ClassVar:

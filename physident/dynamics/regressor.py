@@ -33,7 +33,9 @@ class Regressor:
 
     ``torque`` (M, n) [N m|N]; ``time`` (M,) [s]; ``recording`` (M,) index of the recording of each row; ``segment`` (M,)
     index of its contiguous segment; ``kept_rate`` [Hz] of the rows. Where ``counted`` (M, n) is False, an effect on that
-    joint still depends on the motion before the recording: such a row is zero on both sides.
+    joint still depends on the motion before the recording: such a row is zero on both sides. ``prior`` (p,) says for how many rows
+    [(N m)^2 a unit squared] of its joint, in which the parameter alone is seen and is zero, a prior of each parameter counts; None
+    where there is none.
     """
 
     columns: tuple[Column, ...]
@@ -44,6 +46,7 @@ class Regressor:
     segment: NDArray[np.intp]
     kept_rate: float
     counted: NDArray[np.bool_]
+    prior: Array | None = None
 
     def __repr__(self) -> str:
         effects = ", ".join(dict.fromkeys(column.effect for column in self.columns))
@@ -76,10 +79,21 @@ class Regressor:
             factor = np.zeros((len(R), p + 1))
             factor[:, rows.columns], factor[:, p] = weight * R[:, :-1], weight * R[:, -1]
             factors.append(factor)
+        factors.append(self.prior_rows(weights))
         R = np.zeros((p + 1, p + 1))
         stacked = np.asarray(np.linalg.qr(np.concatenate(factors), mode="r"))
         R[: len(stacked)] = stacked
         return R[:p, :p], R[:p, p], float(R[p, p] ** 2)
+
+    def prior_rows(self, weights: Array) -> Array:
+        """The rows (k, p + 1) that the prior adds, torque last, in units of ``weights`` (n,) [1/(N m)]."""
+        p = len(self.columns)
+        held = np.flatnonzero(self.prior) if self.prior is not None else np.zeros(0, dtype=np.intp)
+        rows = np.zeros((len(held), p + 1))
+        if self.prior is not None and len(held):
+            joints = np.array([self.columns[c].joint - 1 for c in held])
+            rows[np.arange(len(held)), held] = np.sqrt(self.prior[held]) * weights[joints]
+        return rows
 
     def joint_sizes(self, theta: Array) -> Array:
         """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the QR factors alone."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any
 
 from physident.effects.classification import Scope
@@ -17,12 +19,20 @@ from physident.effects.friction import (
     ViscousFriction,
 )
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.learned.curves import (
+    LearnedLoad,
+    LearnedPosition,
+    LearnedPositionFriction,
+    LearnedTime,
+    LearnedVelocity,
+)
 from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
+from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file
 from physident.errors import InputError, did_you_mean
 from physident.robots.robot import Robot
 
@@ -53,9 +63,26 @@ CATALOGUE: dict[str, Any] = {
         GravityMagnitude,
         JointZeroOffset,
         Contact,
+        LearnedPosition,
+        LearnedPositionFriction,
+        LearnedVelocity,
+        LearnedLoad,
+        LearnedTime,
     )
 }
 DEFAULT_EFFECTS = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
+
+
+def load_effects(path: str | Path) -> tuple[type[Effect], ...]:
+    """Add the effects that a Python file defines to the catalogue, for this process; returns their classes.
+
+    Loaded again, a file replaces what it defined before. Raises InputError, naming the file and the line, for a file that fails,
+    that defines no effect, or an effect that is not complete or has the name of another.
+    """
+    effects = effects_in_file(path)
+    for effect in effects:
+        add_effect(CATALOGUE, effect, str(path))
+    return tuple(effects)
 
 
 def make_effects(effects: str | Iterable[str | Effect]) -> tuple[Effect, ...]:
@@ -94,6 +121,20 @@ def effect_class(name: str) -> Any:
     return CATALOGUE[name]
 
 
+def saved_effect_class(data: dict[str, Any]) -> Any:
+    """The class of an effect that ``Effect.as_dict`` described; raises InputError for one that the catalogue does not have, saying
+    where the model had it from."""
+    name, origin = data["effect"], data.get("from")
+    if name not in CATALOGUE and isinstance(origin, str):
+        remedy = (
+            "install that package"
+            if origin.startswith("package ")
+            else f"give its file again (--effects-from {origin}, in Python physident.load_effects)"
+        )
+        raise InputError(f"effect {name!r} is not in the catalogue, the model has it from {origin}; {remedy}")
+    return effect_class(name)
+
+
 def effect_label(name: str) -> str:
     """The name of an effect as it stands in a sentence: "torque offset" for ``torque_offset``."""
     label = CATALOGUE[name].label if name in CATALOGUE else ""
@@ -107,9 +148,9 @@ def effect_scope(name: str) -> Scope:
 
 def effect_from_dict(data: dict[str, Any]) -> Effect:
     """The effect that ``Effect.as_dict`` described; raises InputError where it describes none."""
-    settings = {key: _as_tuples(value) for key, value in data.items() if key != "effect"}
+    settings = {key: _as_tuples(value) for key, value in data.items() if key not in ("effect", "from")}
     try:
-        return effect_class(data["effect"])(**settings)
+        return saved_effect_class(data)(**settings)
     except (KeyError, TypeError) as error:
         raise InputError(
             f"effect {data!r} is not understood ({error}); was the model written by a newer version?"
@@ -118,3 +159,6 @@ def effect_from_dict(data: dict[str, Any]) -> Effect:
 
 def _as_tuples(value: Any) -> Any:
     return tuple(_as_tuples(v) for v in value) if isinstance(value, list) else value
+
+
+add_entry_points(CATALOGUE, entry_points(group=GROUP))

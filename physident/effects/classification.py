@@ -1,9 +1,48 @@
-"""How an effect is classified: its family, where it can act, how it and its shape are searched, and what simulators know of it."""
+"""What an effect states of itself: columns and cones, family and place, how it is searched, and what simulators know of it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Variable = Literal["position", "velocity", "load", "time"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One parameter of an effect: its name, unit, joint or link (from 1), and the name of the effect."""
+
+    name: str
+    unit: str
+    joint: int
+    effect: str
+
+
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """A convex set for the parameters of one effect: ``map`` (m, k) @ theta + ``offset`` (m,) is not negative.
+
+    Conditions on a sum over several effects are not cones of one effect: the inertia of a link (``Effect.inertia``) and
+    the friction of a joint (``Effect.friction``) must be physical as sums.
+    """
+
+    map: Array
+    offset: Array
+
+
+@dataclass(frozen=True, eq=False)
+class AddedInertia:
+    """Inertia that an effect adds to the arm: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)
+    [kg m^2|kg] that only the joint's own acceleration feels, and ``gravity`` (3,) [m/s^2] added in the base frame."""
+
+    links: Array
+    armature: Array
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Family(Enum):
@@ -15,6 +54,7 @@ class Family(Enum):
     MEASUREMENT = "measurement"
     MOUNTING = "mounting"
     CONTACT = "contact"
+    LEARNED = "learned"
 
 
 class Scope(Enum):
@@ -48,10 +88,11 @@ class Scope(Enum):
 
 
 class Detection(Enum):
-    """How a diagnosis searches for an effect: at each of its places, in windows of time, or not at all."""
+    """How a diagnosis searches for an effect: at each of its places, in windows of time, after all others, or not at all."""
 
     BY_PLACE = "at each of its places"
     BY_TIME = "in windows of time"
+    AFTER_LAWS = "where the laws of the catalogue leave structure"
     NEVER = "never, because other effects describe its changes"
 
 

@@ -10,44 +10,22 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Detection, Family, JointTerm, Scope, ShapeParameter
+from physident.effects.classification import (
+    AddedInertia,
+    Column,
+    Cone,
+    Detection,
+    Family,
+    JointTerm,
+    Scope,
+    ShapeParameter,
+    Variable,
+)
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Column:
-    """One parameter of an effect: its name, unit, joint or link (from 1), and the name of the effect."""
-
-    name: str
-    unit: str
-    joint: int
-    effect: str
-
-
-@dataclass(frozen=True, eq=False)
-class Cone:
-    """A convex set for the parameters of one effect: ``map`` (m, k) @ theta + ``offset`` (m,) is not negative.
-
-    Conditions on a sum over several effects are not cones of one effect: the inertia of a link (``Effect.inertia``) and
-    the friction of a joint (``Effect.friction``) must be physical as sums.
-    """
-
-    map: Array
-    offset: Array
-
-
-@dataclass(frozen=True, eq=False)
-class AddedInertia:
-    """Inertia that an effect adds to the arm: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)
-    [kg m^2|kg] that only the joint's own acceleration feels, and ``gravity`` (3,) [m/s^2] added in the base frame."""
-
-    links: Array
-    armature: Array
-    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -74,6 +52,9 @@ class Effect(ABC):
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
     settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
+    passive: ClassVar[bool] = False  # with parameters that are not negative it takes energy at every velocity
+    variable: ClassVar[Variable | None] = None  # the one quantity of its joint that its torque is a function of
+    origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
     # measurement's effects), time ``t``, state ``z`` and {field}s; ``advance`` is z after a step ``dt`` at the velocity v
@@ -183,6 +164,17 @@ class Effect(ABC):
             cls(joints), **{shape.field: (shape.grid[len(shape.grid) // 2],) for shape in cls.shape_parameters}
         )
 
+    # what an effect takes from recordings before it is fitted, and a prior that holds its parameters
+
+    def placed(self, robot: Robot, signals: Sequence[Signals]) -> Effect:
+        """The effect with what it takes from the motion of recordings alone, such as the range of a curve; by default itself."""
+        return self
+
+    def prior_sizes(self, robot: Robot) -> Array | None:
+        """Standard deviations (k,) around zero that a prior gives its parameters, in their units; None, the default, where
+        nothing but recordings decides."""
+        return None
+
     # limits of what recordings show
 
     def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
@@ -277,7 +269,8 @@ class Effect(ABC):
     @final
     def as_dict(self) -> dict[str, Any]:
         """Its name and settings, as JSON can hold them."""
-        return {"effect": self.name, **{key: _as_lists(value) for key, value in asdict(self).items()}}
+        origin = {"from": self.origin} if self.origin else {}
+        return {"effect": self.name, **origin, **{key: _as_lists(value) for key, value in asdict(self).items()}}
 
 
 def nonnegative(k: int) -> Cone:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.effects.classification import Family, JointTerm
+from physident.effects.classification import Family, JointTerm, Variable
 from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
 from physident.recordings.preparation import derivative
 from physident.recordings.signals import Signals
@@ -24,6 +24,7 @@ class JointSpring(Effect):
 
     name: ClassVar[str] = "joint_spring"
     unit: ClassVar[str] = "N m/rad"
+    variable: ClassVar[Variable | None] = "position"
     family: ClassVar[Family] = Family.TRANSMISSION
     formulas: ClassVar[tuple[str, ...]] = ("q",)
     signature: ClassVar[str] = "independent of velocity, also on joints without gravity torque"

@@ -1,7 +1,4 @@
-"""Friction of a joint as a function of its velocity alone. Positive parameters oppose the motion.
-
-A single parameter may be negative in a physical model, but the sum of all friction of a joint must not drive it.
-"""
+"""Friction of a joint as a function of its velocity alone: positive parameters oppose the motion, their sum must not drive it."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from physident.effects.classification import Family, JointTerm, ShapeParameter
+from physident.effects.classification import Family, JointTerm, ShapeParameter, Variable
 from physident.effects.effect import Array, Cone, Effect, array_source, nonnegative
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -34,7 +31,7 @@ def sign_of_velocity(signals: Signals, joints: Sequence[int], width: Array | Non
     """The sign (k, N) of the velocities of some joints (indices from 0), as dry friction sees it.
 
     ``width`` (k,) [rad/s|m/s] is that over which the arm's own friction turns; None takes the signals' own, zero is dry.
-    Where the velocity is uncertain, its uncertainty is added. A dry joint at rest passes from the sign before to that after.
+    An uncertain velocity adds its uncertainty. A dry joint at rest passes from the sign before to that after.
     """
     return _signs(signals, joints, width)[0]
 
@@ -66,6 +63,8 @@ class VelocityFriction(Effect):
     """Friction that is a function of the joint's velocity alone; a subclass implements ``law``."""
 
     family: ClassVar[Family] = Family.FRICTION
+    variable: ClassVar[Variable | None] = "velocity"
+    passive: ClassVar[bool] = True
 
     @abstractmethod
     def law(self, robot: Robot, v: Array, sign: Array) -> Array:
@@ -138,10 +137,9 @@ class ViscousFriction(VelocityFriction):
 class CoulombFriction(VelocityFriction):
     """tau_j = Fc_j sgn v_j, at rest any torque up to Fc_j; Fc in N m (thesis eq. 3.42).
 
-    In recordings sgn v is its expectation under the noise of the velocity, and at rest it passes from the sign before to the
-    sign after. ``smoothing`` [rad/s], one value or one a joint, is the width over which the arm's own friction turns, zero
-    where it is dry; None lets ``identify`` find it, and is dry elsewhere. Of single states sgn v is tanh(v / smoothing), of at
-    least 0.001 rad/s. Nominal: the motor's friction times the gear ratio, mean of both directions, where the robot states its
+    In recordings sgn v is its expectation under the noise of the velocity, and at rest it passes from the sign before to the sign
+    after. ``smoothing`` [rad/s], one value or one a joint, is the width over which the arm's own friction turns, zero where it is
+    dry; None lets ``identify`` find it, and is dry elsewhere. Of single states sgn v is tanh(v / smoothing), at least 0.001 rad/s. Nominal: the motor's friction times the gear ratio, mean of both directions, where the robot states its
     drives, or a simulator's dry friction.
 
     A simulated joint sticks: its torque is Fc z, dz/dt = (v - abs(v) z) / presliding, which reaches Fc after the distance
@@ -244,6 +242,7 @@ class FrictionAsymmetry(VelocityFriction):
 
     name: ClassVar[str] = "friction_asymmetry"
     unit: ClassVar[str] = "N m s/rad"
+    passive: ClassVar[bool] = False
     formulas: ClassVar[tuple[str, ...]] = ("np.abs(v)",)
     signature: ClassVar[str] = "the slope over speed differs by direction"
     mistaken_for: ClassVar[str] = (

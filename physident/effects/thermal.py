@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from physident.effects.classification import Family, ShapeParameter
+from physident.effects.classification import Family, ShapeParameter, Variable
 from physident.effects.effect import Array, Column, Effect
 from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
@@ -34,6 +34,7 @@ class WarmUp(Effect):
     name: ClassVar[str] = "warm_up"
     unit: ClassVar[str] = "N m, N m s/rad"
     family: ClassVar[Family] = Family.FRICTION
+    variable: ClassVar[Variable | None] = "time"
     dry: ClassVar[bool] = True
     shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
     formulas: ClassVar[tuple[str, ...]] = (

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, JointTerm, Scope, ShapeParameter
+from physident.effects.classification import Family, JointTerm, Scope, ShapeParameter, Variable
 from physident.effects.effect import Array, Column, Cone, Effect, array_source, nonnegative
 from physident.effects.friction import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
@@ -26,6 +26,8 @@ class LoadDependentFriction(Effect):
 
     name: ClassVar[str] = "load_dependent_friction"
     unit: ClassVar[str] = "1"
+    passive: ClassVar[bool] = True
+    variable: ClassVar[Variable | None] = "load"
     family: ClassVar[Family] = Family.FRICTION
     label: ClassVar[str] = "load-dependent friction"
     dry: ClassVar[bool] = True
@@ -130,6 +132,7 @@ class TorqueRipple(Effect):
 
     name: ClassVar[str] = "torque_ripple"
     unit: ClassVar[str] = "N m"
+    variable: ClassVar[Variable | None] = "position"
     family: ClassVar[Family] = Family.TRANSMISSION
     shape_parameters: ClassVar = (ShapeParameter("order", "1", tuple(float(k) for k in range(1, 41)), discrete=True),)
     formulas: ClassVar[tuple[str, ...]] = ("np.sin({order} * q)", "np.cos({order} * q)")

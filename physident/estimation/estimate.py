@@ -22,6 +22,7 @@ from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.signals import Filter
+from physident.setup_checks.check_setup import warn_of_setup
 
 SCHEMA = "physident.model/1"
 
@@ -57,7 +58,9 @@ class Estimate(EstimatedModel):
         time than the filter lasts.
         """
         robot, signals = self.model.robot, []
-        for recording in as_recordings(recordings, robot, self.layout):
+        given = as_recordings(recordings, robot, self.layout)
+        warn_of_setup(None, given)
+        for recording in given:
             if recording.n != robot.n:
                 raise InputError(f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}")
             signals.append(prepare(recording.with_default_drive_gains(self.drive_gains), self.filter))

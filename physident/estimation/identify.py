@@ -23,6 +23,7 @@ from physident.estimation.least_squares import Solution, least_squares
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.robust import robust_least_squares
+from physident.estimation.shapes.curve_priors import placed, with_amplitudes, with_prior
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.estimation.sizing import unsized_parameters
@@ -33,15 +34,13 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals, as_filter
-from physident.robots.load import load_robot
+from physident.robots.load import as_robot
 from physident.robots.robot import Robot
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
-SIDES = (
-    3  # times that an estimator may choose the sides of rests anew; those that still change lie at their band's edge
-)
+SIDES = 3  # times that an estimator may choose the sides of rests anew: others lie at their band's edge
 
 
 @one_thread
@@ -66,7 +65,7 @@ def identify(
     not settle, constraints contradict, or an answer cannot be proved. Source: thesis eq. 3.61-3.64.
     """
     estimator = make_estimator(method)
-    robot = robot if isinstance(robot, Robot) else load_robot(robot)
+    robot = as_robot(robot)
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
@@ -77,14 +76,15 @@ def identify(
     warnings = warn_of_setup(robot, recordings)
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
+    initial = placed(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
     _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
         signals, regressor = settle_rests(robot, settled, regressor, signals, filter)
-    rows, sides = regressor, 0
+    settled = with_amplitudes(robot, settled, _weighted(estimator, robot, settled, regressor, signals, filter))
+    sides = 0
     while True:
-        if not isinstance(estimator, OLS):
-            rows = weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter))
+        rows = _weighted(estimator, robot, settled, regressor, signals, filter)
         estimate = estimate_from(robot, settled, rows, recordings, estimator, filter, columns)
         sides += 1
         if isinstance(estimator, OLS) or sides == SIDES:
@@ -95,6 +95,20 @@ def identify(
         signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
+
+
+def _weighted(
+    estimator: Estimator,
+    robot: Robot,
+    effects: tuple[Effect, ...],
+    regressor: Regressor,
+    signals: Sequence[Signals],
+    filter: Filter,
+) -> Regressor:
+    """The rows as an estimator counts them: all alike for ordinary least squares."""
+    if isinstance(estimator, OLS):
+        return regressor
+    return weight_rows(regressor, row_weights(robot, effects, regressor, signals, filter))
 
 
 def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:
@@ -155,6 +169,7 @@ def estimate_from(
 ) -> Estimate:
     """The estimate of a regressor that is already built."""
     estimator = make_estimator(method)
+    regressor = with_prior(robot, effects, regressor)
     base = find_base_parameters(robot, effects)
     nominal = Model.nominal(robot, effects).theta
     sources = tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings))

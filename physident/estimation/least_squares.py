@@ -89,6 +89,8 @@ def finish(
         np.bincount(rows.columns, rows.values.T @ psi, len(base.columns))
         for rows, psi in zip(white.joints, influence.T, strict=True)
     )
+    if white.prior is not None:
+        gradient = gradient - white.prior * theta
     cosine = np.abs(np.asarray(gradient)[base.independent]) / (
         step.scale * max(float(np.linalg.norm(influence)), 1e-300)
     )

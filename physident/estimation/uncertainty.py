@@ -72,6 +72,8 @@ def jackknife(
     A = base_rows(regressor, base)
     curved = A if curvature is None else A * np.sqrt(curvature)[:, :, None]
     H = np.einsum("mjr,mjs->rs", curved, curved, optimize=True) if information is None else information
+    if information is None and regressor.prior is not None:
+        H = H + np.diag(regressor.prior[base.independent])
     scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
     values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]

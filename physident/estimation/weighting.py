@@ -31,10 +31,18 @@ class Compressed:
 def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
+    prior = _scaled_prior(regressor, weights.max(axis=0))
     joints = tuple(
         replace(rows, values=rows.values * w[:, None]) for rows, w in zip(regressor.joints, weights.T, strict=True)
     )
-    return replace(regressor, joints=joints, torque=regressor.torque * weights)
+    return replace(regressor, joints=joints, torque=regressor.torque * weights, prior=prior)
+
+
+def _scaled_prior(regressor: Regressor, weights: Array) -> Array | None:
+    """The rows that a prior counts for, weighted as the rows of its joint that count most (n,)."""
+    if regressor.prior is None:
+        return None
+    return regressor.prior * weights[[column.joint - 1 for column in regressor.columns]] ** 2
 
 
 def whiten(regressor: Regressor, covariance: Array) -> Regressor:
@@ -46,7 +54,8 @@ def whiten(regressor: Regressor, covariance: Array) -> Regressor:
     every = np.arange(len(regressor.columns))
     Y = np.einsum("jk,mkp->jmp", W, regressor.Y, optimize=True)
     joints = tuple(JointRows(every, values) for values in Y)
-    return replace(regressor, joints=joints, torque=regressor.torque @ W.T)
+    prior = _scaled_prior(regressor, 1 / np.sqrt(np.diag(covariance)))
+    return replace(regressor, joints=joints, torque=regressor.torque @ W.T, prior=prior)
 
 
 def information_in(regressor: Regressor, base: BaseParameters, sigma: Array, worth: Array) -> Array:

@@ -24,6 +24,7 @@ from physident.recordings.signals import Filter
 from physident.robots.robot import Robot
 from physident.threads import one_thread
 
+LOUDEST = 1e9  # N m: no drive has as much torque
 RANDOM_MOTIONS = 5  # of the same length, for comparison
 
 
@@ -87,8 +88,10 @@ def design_discriminating(
 def _noise(source: Robot | Model | Estimate, arm: Model, noise: float | None) -> Noise:
     """The noise that was given, or that of the estimate's residual."""
     n = arm.robot.n
-    if noise is not None and not (np.isfinite(noise) and noise > 0):
-        raise InputError(f"noise is {noise}, expected a positive torque [N m], the RMS after the filter")
+    if noise is not None and not 0 < noise < LOUDEST:
+        raise InputError(
+            f"noise is {noise}, expected a positive torque [N m] below {LOUDEST:g}, the RMS after the filter"
+        )
     if isinstance(source, Estimate):
         used = sum(one.used for one in source.sources)
         sigma = np.full(n, noise) if noise is not None else np.maximum(source.sigma, 1e-9 * source.sigma.max())

@@ -27,6 +27,7 @@ from physident.robots.robot import Robot
 from physident.threads import one_thread
 
 COARSE_NODES = 24  # fewest instants of a period for the genetic algorithm
+MOST = 10_000  # of periods, starts and generations: more would take days
 MAX_CHECKED = 3  # solutions that are checked on many instants, until one passes
 
 
@@ -134,8 +135,8 @@ def solve_design(
 def check_counts(**counts: int) -> None:
     """Raises InputError for a count below one."""
     for name, count in counts.items():
-        if not isinstance(count, int | np.integer) or count < 1:
-            raise InputError(f"{name} is {count}, expected a whole number, 1 or more")
+        if not isinstance(count, int | np.integer) or not 1 <= count <= MOST:
+            raise InputError(f"{name} is {count}, expected a whole number from 1 to {MOST}")
 
 
 def _problem(settings: Settings, task: Task, criterion: Criterion, arm: Model) -> Problem:

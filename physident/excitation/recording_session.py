@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from physident.arguments import checked
 from physident.dynamics.model import Model
 from physident.effects.payload import Payload
 from physident.errors import InputError
@@ -82,7 +83,7 @@ def design_session(
     source: Robot | Model | Estimate,
     load: float | None = None,
     motions: int = 2,
-    speeds: tuple[float, ...] = (1.0, 0.5),
+    speeds: Sequence[float] = (1.0, 0.5),
     seed: int = 0,
     limits: Limits = "all",
     base_frequency: float = 0.15,
@@ -109,7 +110,7 @@ def design_session(
         raise InputError(f"load is {load} kg, expected a positive mass, or None for no load")
     count = motions + 1
     designs = tuple(
-        design_trajectory(
+        checked(design_trajectory)(
             source, limits=limits, base_frequency=base_frequency, seed=seed + k, table=table, clearance=clearance, meshes=meshes,
             progress=lambda share, k=k: progress((k + share) / count), **settings,
         )

@@ -13,7 +13,7 @@ MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E7
 SESSION_MEASURED = "#8C8C8C"
 MODELS = ("#3D9BE0", "#1FB58A", "#E69F00", "#CC79A7", "#B4A54B")
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 23 colours can
+# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 28 colours can
 # be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most
 # frequent causes come first and differ most
 EFFECTS = {
@@ -40,6 +40,11 @@ EFFECTS = {
     "joint_elasticity": "#A569D2",
     "torque_ripple": "#3CA5B4",
     "time_delay": "#B4D2FF",
+    "learned_position": "#E1691E",
+    "learned_position_friction": "#0069A5",
+    "learned_velocity": "#FF4B69",
+    "learned_load": "#877887",
+    "learned_time": "#875A3C",
 }
 # for effects without a colour of their own
 FAMILIES = {
@@ -49,6 +54,7 @@ FAMILIES = {
     Family.MEASUREMENT: "#5F8F9B",
     Family.MOUNTING: "#9B7FA0",
     Family.CONTACT: "#A0A05F",
+    Family.LEARNED: "#8C7B6B",
 }
 SETTINGS: Any = {
     "figure.dpi": 110,

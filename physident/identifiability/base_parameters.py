@@ -96,6 +96,8 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
 
     Independent are the first columns in order (Pinocchio's, effect by effect), as thesis eq. 3.46-3.53.
     """
+    if not effects:
+        raise InputError("no effects given, expected at least one")
     columns = tuple(column for effect in effects for column in effect.columns(robot))
     placed = [effect.moved_to_start() for effect in effects]
     effects = [effect for effect, _ in placed]

@@ -73,16 +73,17 @@ def load_recording(
     return _load(path, _reading(columns, topic, rate, joints), drive_gains)
 
 
-def as_recordings(given: Recordings, robot: Robot, columns: str | ColumnLayout | None = None) -> list[Recording]:
+def as_recordings(given: Recordings, robot: Robot | None, columns: str | ColumnLayout | None = None) -> list[Recording]:
     """Recordings from what a function was given: one or several recordings, paths or patterns.
 
-    Files are read with ``columns``; recordings whose joints have names get the robot's joints in the robot's order. Raises
+    Files are read with ``columns``; recordings whose joints have names get the robot's joints in the robot's order, if there is one. Raises
     InputError for anything else, and for recordings that lack one of the robot's joints.
     """
+    names = None if robot is None else robot.joint_names
     if isinstance(given, str | Path):
-        return load_recordings(given, columns, joints=robot.joint_names)
+        return load_recordings(given, columns, joints=names)
     if isinstance(given, Recording):
-        return [given.in_order_of(robot.joint_names)]
+        return [given if names is None else given.in_order_of(names)]
     try:
         listed = list(given)
     except TypeError:

@@ -30,8 +30,15 @@ class Line:
     width: float = 1.2
 
 
-def line_chart(lines: Sequence[Line], unit: str, quantity: str, bands: Sequence[tuple[float, float]] = ()) -> Markup:
-    """A chart of lines over time [s]; ``quantity`` and ``unit`` label the axis, and ``bands`` (start, end) [s] are shaded."""
+def line_chart(
+    lines: Sequence[Line],
+    unit: str,
+    quantity: str,
+    bands: Sequence[tuple[float, float]] = (),
+    over: str = "time [s]",
+) -> Markup:
+    """A chart of lines over time [s], or what else ``over`` names; ``quantity`` and ``unit`` label the axis, and ``bands``
+    (start, end) [s] are shaded."""
     left, right = min(float(x.time[0]) for x in lines), max(float(x.time[-1]) for x in lines)
     top, bottom = max(float(x.values.max()) for x in lines), min(float(x.values.min()) for x in lines)
     margin = 0.06 * (top - bottom) or 1.0
@@ -42,7 +49,7 @@ def line_chart(lines: Sequence[Line], unit: str, quantity: str, bands: Sequence[
     drawn = [_polyline(part, line, box) for line in lines for part in _parts(line)]
     picture = tag(
         "svg", *shaded, *grid, *drawn,
-        viewBox=f"0 0 {WIDTH} {HEIGHT}", preserveAspectRatio="none", role="img", aria_label=f"{quantity} over time",
+        viewBox=f"0 0 {WIDTH} {HEIGHT}", preserveAspectRatio="none", role="img", aria_label=f"{quantity} over {over.partition(' [')[0]}",
     )  # fmt: skip
     rows = [tag("span", f"{y:g}".replace("-", "−"), style=f"top:{_y(y, box) / HEIGHT:.1%}") for y in ys]
     columns = [tag("span", f"{x:g}", style=f"left:{(x - left) / (right - left):.1%}") for x in ticks(left, right, 5)]
@@ -52,7 +59,7 @@ def line_chart(lines: Sequence[Line], unit: str, quantity: str, bands: Sequence[
         tag("div", *rows, class_="rows"),
         tag("div", picture, class_="area"),
         tag("div", *columns, class_="columns"),
-        tag("div", "time [s]", class_="below"),
+        tag("div", over, class_="below"),
         class_="chart",
     )
 

@@ -52,6 +52,11 @@ def load_robot(
     return robot
 
 
+def as_robot(given: Robot | str | Path) -> Robot:
+    """A robot, or the robot of a name or a path; raises InputError as ``load_robot``."""
+    return given if isinstance(given, Robot) else load_robot(given)
+
+
 def unphysical_links(robot: Robot) -> list[str]:
     """One sentence for each link whose nominal inertia is not that of a rigid body: the link and the violated condition,
     or the links of the description that have no inertial element."""
@@ -81,14 +86,16 @@ def _moved_with(robot: Robot, joint: str) -> list[str]:
 def _from_urdf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
     name = parse_urdf(found.text, found.label).get("name") or "robot"
     selection = select_joints(found.text, found.label, **options)
-    return _robot(name, found, selection, gravity or STANDARD_GRAVITY, tool)
+    return _robot(name, found, selection, STANDARD_GRAVITY if gravity is None else gravity, tool)
 
 
 def _from_mjcf(found: RobotSource, gravity: Sequence[float] | None, tool: str | None, options: dict[str, Any]) -> Robot:
     assert found.path is not None
     described = read_mjcf(found.path)
     selection = select_joints(described.urdf, found.label, **options, rest=described.rest)
-    robot = _robot(Path(found.path).stem or "robot", found, selection, gravity or described.gravity, tool)
+    robot = _robot(
+        Path(found.path).stem or "robot", found, selection, described.gravity if gravity is None else gravity, tool
+    )
     if described.left_out:
         warn(f"{found.label}: not part of the model: {'; '.join(described.left_out)}")
     bodies = tuple(described.bodies[name] for name in robot.joint_names)
@@ -104,7 +111,7 @@ def _from_table(
 ) -> Robot:
     table = parse_table(found.text, found.label)
     selection = select_joints(urdf_from_table(table), found.label, **options)
-    mounted = gravity or table.get("gravity", STANDARD_GRAVITY)
+    mounted = table.get("gravity", STANDARD_GRAVITY) if gravity is None else gravity
     robot = _robot(table.get("name", "robot"), found, selection, mounted, tool)
     rows = {joint.get("name", f"joint_{number}"): joint for number, joint in enumerate(table["joints"], 1)}
     moving = [rows[name] for name in robot.joint_names]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from physident.errors import InputError, warn
+from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
+from physident.robots.load import as_robot
 from physident.robots.robot import Robot
 from physident.setup_checks.channel import check_channel
 from physident.setup_checks.finding import SetupFinding
@@ -20,14 +23,16 @@ from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
 
 
-def check_setup(robot: Robot | None, recordings: Recording | Sequence[Recording]) -> tuple[SetupFinding, ...]:
+def check_setup(robot: Robot | str | Path | None, recordings: Recordings) -> tuple[SetupFinding, ...]:
     """What is wrong with the way recordings were made or declared, and what their effort channel is; empty where all is well.
 
     Held against each other are the channels of the recordings themselves, and, unless ``robot`` is None, efforts and
     positions against the description's gravity, inertia and limits and against the passivity of friction. Findings whose
-    ``void`` is True make a model of these recordings wrong. Raises InputError for recordings with other numbers of joints.
+    ``void`` is True make a model of these recordings wrong. ``robot`` may be a name or a path, ``recordings`` one or several
+    recordings, paths or patterns. Raises InputError for recordings with other numbers of joints.
     """
-    chosen = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    robot = None if robot is None else as_robot(robot)
+    chosen = as_recordings(recordings, robot)
     if not chosen:
         return ()
     for recording in chosen:
@@ -43,8 +48,8 @@ def check_setup(robot: Robot | None, recordings: Recording | Sequence[Recording]
     return tuple(sorted(found, key=lambda finding: not finding.void))
 
 
-def warn_of_setup(robot: Robot, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Warn of everything that is wrong with a set-up, and return what was said."""
+def warn_of_setup(robot: Robot | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Warn of everything that is wrong with a set-up, or, without a robot, between the channels; return what was said."""
     texts = tuple(str(finding) for finding in check_setup(robot, recordings) if not finding.note)
     for text in texts:
         warn(text)

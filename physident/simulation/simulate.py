@@ -10,6 +10,7 @@ import numpy as np
 
 from physident.dynamics.model import Model
 from physident.errors import InputError
+from physident.estimation.estimate import Estimate
 from physident.excitation.motion.motion import Motion
 from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.formats.table import Table
@@ -78,7 +79,7 @@ class Simulation:
 
 @one_thread
 def simulate(
-    model: Model,
+    model: Model | Estimate,
     trajectory: Motion,
     controller: Controller | None = None,
     sensors: Sensors | None = None,
@@ -93,6 +94,7 @@ def simulate(
     the sensors' noise; ``step`` [s] the longest of the integration. Raises InputError and NotSolvedError as
     ``integrate``, and InputError for a motion under two seconds.
     """
+    model = model.model if isinstance(model, Estimate) else model
     return Simulation(model, trajectory, controller, sensors or IDEAL, extra_torque, seed, step).run()
 
 

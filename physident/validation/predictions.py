@@ -6,6 +6,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import Predictions, predictions_of
 from physident.recordings.load import Recordings, as_recordings
+from physident.setup_checks.check_setup import warn_of_setup
 
 
 def predict(estimate: Estimate, recordings: Recordings) -> Predictions:
@@ -16,5 +17,6 @@ def predict(estimate: Estimate, recordings: Recordings) -> Predictions:
     """
     robot = estimate.model.robot
     given = as_recordings(recordings, robot, estimate.layout)
+    warn_of_setup(None, given)
     converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in given]
     return predictions_of(estimate.model, prepare_all(robot, converted, estimate.filter), estimate.filter)

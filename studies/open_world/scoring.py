@@ -18,6 +18,11 @@ from studies.open_world.trial import Scene, Trial
 from studies.open_world.value import value_error
 
 Array = NDArray[np.float64]
+CURVES = {  # what the kinds of background of both worlds are functions of
+    **dict.fromkeys(("Cable", "Cogging", "DressPack", "WanderingCogging"), "learned_position"),
+    **dict.fromkeys(("BentFriction", "ThickeningGrease"), "learned_velocity"),
+    "WanderingZero": "learned_time",
+}
 FALLS = 1.05  # breakaway over sliding friction from which a velocity law's dip is worth a name
 
 
@@ -159,13 +164,23 @@ def true_of(scene: Scene) -> set[Key]:
         warm = any(scene.warmer(k) > 0 for k in range(2))
         fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
         return {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
+    own = _curves(scene)
     if friction.kind == "smooth":
-        return set()
-    own: set[Key] = {
-        ("stribeck_friction", (j,)) for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]
-    }
+        return own
+    dips = [j for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]]
+    own |= {(name, (j,)) for j in dips for name in ("stribeck_friction", "learned_velocity")}
     if friction.kind == "bristle":
         own |= {("presliding_hysteresis", (j,)) for j in joints}
+    return own
+
+
+def _curves(scene: Scene) -> set[Key]:
+    """What the background is a function of, joint by joint: a curve without a law's name is true where it acts."""
+    own: set[Key] = set()
+    for one in scene.bench.arm.background:
+        name = CURVES.get(type(one).__name__)
+        if name is not None:
+            own |= {(name, (int(j) + 1,)) for j in np.flatnonzero(getattr(one, "size", 0.0))}
     return own
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.extended_estimate import extended_estimate
@@ -40,7 +41,7 @@ def complete_model(
     progress("searching the model's own recordings for what they show already")
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
     try:
-        found = search_effects(state_problem("missing", estimate, signals, estimate.filter, seed))
+        found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
         hypothesis = found.last.hypothesis
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)

@@ -15,18 +15,20 @@ from physident.dynamics.regressor import Regressor
 @dataclass(frozen=True, eq=False)
 class OptionGroup:
     """Options with k columns each: ``columns`` (O, k), their candidate's index ``owner`` (O,) and own index ``place``;
-    for each joint, which of them have rows there and at which place among the joint's columns."""
+    for each joint, which of them have rows there and at which place among the joint's columns. ``prior`` (O,): prior precision of
+    their values."""
 
     columns: NDArray[np.intp]
     owner: NDArray[np.intp]
     place: NDArray[np.intp]
+    prior: NDArray[np.float64]
     joints: tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]
 
     @staticmethod
     def of(regressor: Regressor, candidates: Sequence[Candidate], k: int) -> OptionGroup:
         """The options with k columns."""
         found = [
-            (option.columns, i, o)
+            (option.columns, i, o, option.prior)
             for i, c in enumerate(candidates)
             for o, option in enumerate(c.options)
             if len(option.columns) == k
@@ -38,4 +40,10 @@ class OptionGroup:
             at[rows.columns] = np.arange(len(rows.columns))
             present = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
             joints.append((present, at[columns[present]]))
-        return OptionGroup(columns, np.array([f[1] for f in found]), np.array([f[2] for f in found]), tuple(joints))
+        owner, place, prior = (np.array([f[at] for f in found]) for at in (1, 2, 3))
+        return OptionGroup(columns, owner, place, prior, tuple(joints))
+
+    @property
+    def prior_normal(self) -> NDArray[np.float64]:
+        """What the prior adds to the normal matrix (O, k, k) of each option."""
+        return self.prior[:, None, None] * np.eye(self.columns.shape[1])

@@ -12,19 +12,38 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection
+from physident.effects.contact import Contact
 from physident.effects.effect import Effect
+from physident.effects.learned.curve import LearnedCurve
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 PLACEBOS = ("placebo_reversed", "placebo_random")
+STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
+
+
+def prior_precision(effect: Effect | None) -> float:
+    """Prior precision of the values of a candidate's effect: none, but for the force of a contact and for a learned curve."""
+    if isinstance(effect, LearnedCurve) and effect.amplitude is not None:
+        return effect.amplitude[0] ** -2
+    return STIFF if isinstance(effect, Contact) else 0.0
 
 
 @dataclass(frozen=True)
 class Option:
-    """One concrete effect with its shape parameter set, and the indices of its columns in the regressor."""
+    """One concrete effect with its shape parameter set, and the indices of its columns in the regressor.
+
+    ``precision`` is that of a prior of their values around zero, by default the effect's own.
+    """
 
     effect: Effect | None
     columns: tuple[int, ...]
+    precision: float | None = None
+
+    @property
+    def prior(self) -> float:
+        """Prior precision of each value."""
+        return prior_precision(self.effect) if self.precision is None else self.precision
 
 
 @dataclass(frozen=True)

@@ -130,10 +130,12 @@ class DiagnosisProblem:
         """The regressor with the columns that depend on a model evaluated by ``model``."""
         if model is self.model:
             return self.regressor
-        effects = [*self.model.effects, *(o.effect for c in self.candidates for o in c.options if o.effect is not None)]
-        dependent = [effect for effect in effects if effect.needs_model]
-        owner = [effect for effect in effects for _ in effect.columns(model.robot)]
-        places = np.array([i for i, effect in enumerate(owner) if effect.needs_model], dtype=np.intp)
+        owned = [(effect, effect.columns(model.robot)) for effect in self.model.effects]
+        ends = np.cumsum([0, *(len(columns) for _, columns in owned)])
+        placed = [(effect, range(a, b)) for (effect, _), a, b in zip(owned, ends, ends[1:], strict=False)]
+        placed += [(o.effect, o.columns) for c in self.candidates for o in c.options if o.effect is not None]
+        dependent = [effect for effect, _ in placed if effect.needs_model]
+        places = np.array([at for effect, columns in placed if effect.needs_model for at in columns], dtype=np.intp)
         fresh = build_regressor(model.robot, dependent, self.referred(model), self.filter)
         return self.regressor.with_columns(weight_rows(fresh, self.weights), places)
 

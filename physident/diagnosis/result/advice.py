@@ -8,14 +8,18 @@ from functools import cache
 
 from physident.diagnosis.result.findings import Rival
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import Detection
 from physident.errors import InputError
 from physident.excitation.limits.capsules import collision_geometry
 from physident.robots.robot import Robot
 
 
 def other_rival(name: str, rivals: Sequence[Rival]) -> Rival | None:
-    """The first rival that is another effect, and that a motion can separate."""
-    return next((rival for rival in rivals if rival.effect != name and not rival.inseparable), None)
+    """The first rival that is another effect, and that a motion can separate: no motion is designed for a curve without a law."""
+    if CATALOGUE[name].detection is Detection.AFTER_LAWS:
+        return None
+    laws = [one for one in rivals if CATALOGUE[one.effect].detection is not Detection.AFTER_LAWS]
+    return next((rival for rival in laws if rival.effect != name and not rival.inseparable), None)
 
 
 def separating_words(name: str, other: str) -> str:

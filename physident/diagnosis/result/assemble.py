@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.learned.describe import curve_band, nearest_law
+from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
@@ -66,6 +67,9 @@ def _finding(
     sentences = [
         one.effect.in_words(model.robot, model.theta[places[hypothesis.accepted.index(one)]]) for one in accepted
     ]
+    laws = [nearest_law(hypothesis, one) for one in accepted]
+    sentences = ["; ".join(filter(None, pair)) for pair in zip(sentences, laws, strict=True)]
+    bands = [curve_band(hypothesis, one, uncertainty) for one in accepted]
     texts = [
         SCALED if from_currents and name == "payload" else "",
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
@@ -83,6 +87,7 @@ def _finding(
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
         in_words=" ".join(filter(None, sentences)),
+        curves=tuple(band for band in bands if band is not None),
         stability=min(shares) if shares else None,
         doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),
     )
@@ -115,8 +120,12 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: 
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     columns = [hypothesis.problem.columns(a.effect, hypothesis.model) for a in group]
     joined = [np.column_stack(parts) for parts in zip(*columns, strict=True)]
+    prior = np.concatenate(
+        [np.full(c[0].shape[1], prior_precision(a.effect)) for a, c in zip(group, columns, strict=True)]
+    )
     before, after = (
-        block_costs(rest.left_out_fits.residual(options), weights, labels)[:, indices] for options in ([], [joined])
+        block_costs(rest.left_out_fits.residual(options, [prior] * len(options)), weights, labels)[:, indices]
+        for options in ([], [joined])
     )
     rows = np.count_nonzero(labels >= 0) * np.sum(weights[indices] ** 2)
     sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]

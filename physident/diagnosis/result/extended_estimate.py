@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import Regressor
+from physident.effects.effect import Effect
+from physident.effects.friction import CoulombFriction
+from physident.estimation.dry_friction.row_weights import row_weights
+from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.estimated_model import Source
-from physident.estimation.estimators import WLS
+from physident.estimation.estimators import OLS, WLS
 from physident.estimation.identify import estimate_from, smallest_share
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
+from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording
 
@@ -25,10 +34,13 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     of the diagnosis, which move the model's parameters within their covariance."""
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
-        regressor = settled_regressor(model.robot, model.effects, problem.signals, problem.filter, model.theta)
+        effects, regressor = _with_widths_anew(problem, model)
+        if not isinstance(problem.given.estimator, OLS):
+            weights = row_weights(model.robot, effects, regressor, problem.signals, problem.filter)
+            regressor = weight_rows(regressor, weights)
         return estimate_from(
             model.robot,
-            model.effects,
+            effects,
             regressor,
             recordings,
             problem.given.estimator,
@@ -69,6 +81,18 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
         blocks=before.blocks,
         base_shares=tuple(float(d) for d in decided),
     )
+
+
+def _with_widths_anew(problem: DiagnosisProblem, model: Model) -> tuple[tuple[Effect, ...], Regressor]:
+    """The extended model's effects with the widths of dry friction that ``identify`` found found again, and their regressor: without
+    the effects that were missing, a width imitates them."""
+    opened = tuple(
+        replace(e, smoothing=None) if isinstance(e, CoulombFriction) and isinstance(e.smoothing, tuple) else e
+        for e in model.effects
+    )
+    signals = [replace(one, transition=None) for one in problem.signals]
+    regressor = settled_regressor(model.robot, opened, signals, problem.filter, model.theta)
+    return with_transitions(model.robot, opened, regressor, signals, problem.filter)
 
 
 def _scale(H: np.ndarray) -> np.ndarray:

@@ -53,6 +53,20 @@ class Rival:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CurveBand:
+    """A learned curve of one joint: ``torque`` [N m|N] over the ``quantity`` at ``x``, in its ``unit``, with the ends ``low`` and
+    ``high`` of its 95 % band."""
+
+    joint: int
+    quantity: str
+    unit: str
+    x: tuple[float, ...]
+    torque: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Finding:
     """A named cause: an effect on some joints (from 1; empty: the whole arm), with its values and its gain on left-out rows.
 
@@ -64,7 +78,8 @@ class Finding:
     A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings, or it is not stable.
     ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
     where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
-    what the finding shows. ``in_words`` says what its values mean, where numbers with units do not.
+    what the finding shows. ``in_words`` says what its values mean, where numbers with units do not; ``curves`` are those of a learned
+    effect.
     """
 
     effect: str
@@ -83,6 +98,7 @@ class Finding:
     stability: float | None = None
     doubts: tuple[str, ...] = ()
     confounder: str = ""
+    curves: tuple[CurveBand, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

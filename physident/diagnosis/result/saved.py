@@ -28,6 +28,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "doubts": [],
     "confounder": "",
     "in_words": "",
+    "curves": [],
 }
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file
@@ -56,7 +57,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         noise_floor=None if floor is None else np.array(floor),
         placebos=READER.read(tuple[Placebo, ...], data["placebos"], "placebos"),
         unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
-        unexplained=READER.read(tuple[Unexplained, ...], data["unexplained"], "unexplained"),
+        unexplained=READER.read(tuple[Unexplained, ...], _unexplained(data["unexplained"]), "unexplained"),
         recordings=READER.read(tuple[UsedRecording, ...], data["recordings"], "recordings"),
         filter=READER.read(Filter, data["filter"], "filter"),
         layout=READER.read(str | None, data["columns"], "columns"),
@@ -94,6 +95,12 @@ def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     return READER.read(tuple[Finding, ...], data, where)
 
 
+def _unexplained(data: Any) -> Any:
+    """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
+    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
+    return [{"predictable": None, **one} for one in data] if plain else data
+
+
 def _rivals(data: Any) -> Any:
     """Rivals; those of a file from before any was known to be inseparable are separable."""
     plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
@@ -117,7 +124,10 @@ def _check(c: DiagnosisRecord) -> None:
     named_effects = (*c.findings, *c.missing_since_before)
     for effect in [*(f.effect for f in named_effects), *(r.effect for f in named_effects for r in f.rivals)]:
         if effect not in CATALOGUE:
-            raise InputError(f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version")
+            raise InputError(
+                f"effect {effect!r} is not in the catalogue; expected a diagnosis of this version, or --effects-from with the file"
+                " that defines the effect"
+            )
     joints = [j for one in (*named_effects, *c.unseen) for j in one.joints]
     if wrong := [
         j for j in (*joints, *c.incomplete, *c.wrong_baseline, *(r.joint for r in c.unexplained)) if not 1 <= j <= n

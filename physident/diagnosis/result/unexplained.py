@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.learned.predictable import predictable_share
+from physident.diagnosis.problem.folds import MEMORIES
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
@@ -25,7 +27,9 @@ STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of w
 class Unexplained:
     """The residual of one joint: ``rms`` [N m|N], ``lag_one`` correlation, ``memory`` [s] beside the filter's own for white
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
-    position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share."""
+    position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
+    power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
+    twice."""
 
     joint: int
     rms: float
@@ -40,6 +44,7 @@ class Unexplained:
     time: float
     order: float
     order_share: float
+    predictable: float | None = None
 
     @property
     def structured(self) -> bool:
@@ -59,7 +64,12 @@ class Unexplained:
             if shares[name] > 0.05
             else "no dependence on velocity, position, load or time"
         )
-        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}"
+        bound = (
+            f"; at most {100 * self.predictable:.0f} % of it is any function of the joint's position, velocity, acceleration and load"
+            if self.predictable is not None
+            else ""
+        )
+        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
@@ -81,7 +91,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     rate = regressor.kept_rate
     white = _white_memory(hypothesis)
     memory = correlation_rows(regressor, residual)
-    q, v, load = (_at_rows(hypothesis, name) for name in ("q", "v", "load"))
+    q, v, a, load = (_at_rows(hypothesis, name) for name in ("q", "v", "a", "load"))
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -92,6 +102,8 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
         top = int(np.argmax(lines))
         clock = regressor.time - regressor.time[0]
         by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
+        states = np.column_stack([q[:, j], v[:, j], a[:, j], load[:, j]])
+        apart = MEMORIES * float(memory[j]) / rate
         result.append(
             Unexplained(
                 joint=j + 1,
@@ -107,6 +119,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 time=by_time,
                 order=float(orders[top]),
                 order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
+                predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
             )
         )
     return tuple(result)

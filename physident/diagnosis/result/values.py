@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from physident.diagnosis.learned.describe import largest_value
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.contact import Contact
+from physident.effects.learned.curve import LearnedCurve
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
 FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
@@ -18,6 +20,8 @@ def parameter_values(
     hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty
 ) -> list[ParameterValue]:
     """The effect's parameters in the extended model, and its shapes."""
+    if isinstance(accepted.effect, LearnedCurve):
+        return [largest_value(hypothesis, accepted, uncertainty)]
     at = hypothesis.accepted.index(accepted)
     model, effect = hypothesis.extension.model, accepted.effect
     # only the contact's own block shows its force: its error is that of the fit

@@ -146,7 +146,8 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
         return block_costs(hypothesis.left_out_fits.residual(), weights, labels)
     if candidate.key not in hypothesis.left_out:
         options = [hypothesis.data.columns(option.columns) for option in candidate.options]
-        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.residual(options)
+        priors = [np.full(len(option.columns), option.prior) for option in candidate.options]
+        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.residual(options, priors)
     return block_costs(hypothesis.left_out[candidate.key], weights, labels)
 
 

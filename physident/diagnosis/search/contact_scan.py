@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate, Option
+from physident.diagnosis.problem.candidates import STIFF, Candidate, Option
 from physident.diagnosis.problem.search_data import OUTSIDE
-from physident.diagnosis.search.hypothesis import STIFF, Hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse

@@ -60,19 +60,19 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         first = first or first_of_round
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
         if found is not None:
-            progress(f"{_placed(found.accepted[-1])} in the place of {', '.join(map(_placed, found.replaces))}")
+            progress(f"{placed(found.accepted[-1])} in the place of {', '.join(map(placed, found.replaces))}")
             accepted, searched, replaced = found.accepted, _without(searched, found.replaces), replaced + 1
             continue
         rounds += 1
-        kept = _with_smaller(searched, _without_redundant(searched, accepted, last), last)
+        kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
         if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
             break
         removed = [one for one in accepted if not any(one is other for other in kept)]
         added = [one for one in kept if not any(one is other for other in accepted)]
         instead = (
-            f"fewer parameters do as well: {', '.join(map(_placed, added))}" if added else "redundant beside the others"
+            f"fewer parameters do as well: {', '.join(map(placed, added))}" if added else "redundant beside the others"
         )
-        progress(f"removed {', '.join(map(_placed, removed))}: {instead}")
+        progress(f"removed {', '.join(map(placed, removed))}: {instead}")
         accepted = kept
     assert first is not None
     assert last is not None
@@ -94,7 +94,8 @@ def _count(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int
     return len({name if effect_scope(name).joins_joints else (name, joints) for name, joints in keys})
 
 
-def _placed(accepted: AcceptedEffect) -> str:
+def placed(accepted: AcceptedEffect) -> str:
+    """An accepted effect and its place, in a message."""
     joints = ", ".join(map(str, accepted.candidate.joints))
     return f"{accepted.candidate.name} on {f'joint {joints}' if joints else 'the arm'}"
 
@@ -122,7 +123,7 @@ def _add_while_better(
     scores = first = score_candidates(hypothesis)
     while (chosen := _next_effect(scores)) is not None:
         accepted = (*accepted, chosen)
-        progress(f"added {_placed(chosen)}")
+        progress(f"added {placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
         scores = rescore_candidates(hypothesis, scores)
         full = _count(problem, accepted) > HANDFUL
@@ -144,7 +145,7 @@ def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
     return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
 
 
-def _without_redundant(
+def without_redundant(
     problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
 ) -> tuple[AcceptedEffect, ...]:
     """The accepted effects without those that no longer meet every condition beside all others."""

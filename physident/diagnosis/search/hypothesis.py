@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import Fit, fit_baseline
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, prior_precision
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
 from physident.diagnosis.search.extension import Extension, extend
@@ -23,7 +23,6 @@ from physident.estimation.dry_friction.rest import rest_rows
 
 Array = NDArray[np.float64]
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
-STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -121,11 +120,6 @@ class Hypothesis:
     def in_folds(self) -> NDArray[np.bool_]:
         """Rows (M,) that belong to a fold."""
         return self.data.fold != OUTSIDE
-
-
-def prior_precision(effect: Effect) -> float:
-    """Prior precision of an accepted effect's values: none, but for the force of a contact."""
-    return STIFF if isinstance(effect, Contact) else 0.0
 
 
 def state_hypothesis(

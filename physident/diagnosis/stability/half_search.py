@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, prior_precision
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.physical_signs import physical_contradiction
@@ -62,7 +62,11 @@ class _Half:
     def length(self, chosen: Sequence[Chosen]) -> float:
         """How long the description of the half by some effects is, each of which costs the threshold."""
         fit = self.fit(chosen)
-        numbers = sum(len(one.columns) for one in chosen)
+        numbers = (
+            float(fit.numbers[self.stored.baseline :].sum())
+            if _held(chosen)
+            else sum(len(one.columns) for one in chosen)
+        )
         left = float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
         return left + _chance(fit, numbers) + len(chosen) * self.threshold
 
@@ -107,10 +111,22 @@ def _next(
 def _evidence(before: ProductFit, after: ProductFit, one: Chosen) -> float:
     """The evidence for an effect, as on rows that were left out: twice its columns less, more where little is left to decide."""
     worth = before.products.worth
-    return float(np.sum(worth * 2 * np.log(before.fit.sigma / after.fit.sigma))) - _chance(after, len(one.columns))
+    return float(np.sum(worth * 2 * np.log(before.fit.sigma / after.fit.sigma))) - _chance(after, _numbers(after, one))
 
 
-def _chance(fit: ProductFit, numbers: int) -> float:
+def _held(chosen: Sequence[Chosen]) -> bool:
+    """Whether a prior holds the values of any effect."""
+    return any(prior_precision(one.effect) > 0 for one in chosen)
+
+
+def _numbers(fit: ProductFit, one: Chosen) -> float:
+    """How many numbers an effect chooses in a fit: one a column, less where a prior holds them."""
+    if not _held([one]):
+        return len(one.columns)
+    return float(fit.numbers[np.isin(fit.active, one.columns)].sum())
+
+
+def _chance(fit: ProductFit, numbers: float) -> float:
     """What so many numbers explain of noise on the rows that they are fitted to, beyond rows that are left out."""
     whole = float(fit.products.worth.sum())
     return 2 * numbers * whole / max(whole - fit.fit.decided, 1.0)

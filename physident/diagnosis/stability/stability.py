@@ -43,7 +43,9 @@ def stability_of(
     if not checks:
         return result
     shares = zip(first.hypothesis.data.candidates, first.visible_share, strict=True)
-    stored = store_products(hypothesis, {c.key for c, share in shares if share >= VISIBLE})
+    known = {c.key for c in first.hypothesis.data.candidates}
+    later = {c.key for c in hypothesis.data.candidates if c.key not in known}  # what the search tried at its end alone
+    stored = store_products(hypothesis, later | {c.key for c, share in shares if share >= VISIBLE})
     if stored.units < FEWEST_UNITS:
         return result
     rng = np.random.default_rng([hypothesis.problem.seed, 43])

@@ -169,7 +169,7 @@ def _left_out(
         c = group.columns
         Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
         cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
-        root = whitening(train.CC[k], train.CC[k] - cross)
+        root = whitening(train.CC[k], train.CC[k] - cross + group.prior_normal)
         theta = root @ (root.transpose(0, 2, 1) @ slope[c])
         seen = np.einsum("oks,oks->os", theta, slope[c])
         gain = np.empty((n, *seen.shape))

@@ -29,16 +29,18 @@ class LeftOutFits:
         for rows, x in zip(self.tests, self.x, strict=True):
             self.alone[rows] = y[rows] - np.column_stack([B[rows] @ x for B in self.joints])
 
-    def residual(self, options: Sequence[Sequence[Array]] = ()) -> Array:
+    def residual(self, options: Sequence[Sequence[Array]] = (), priors: Sequence[Array] = ()) -> Array:
         """Residual (M, n) [N m|N] in each fold of the baseline and the best option fitted outside it; zero in gaps.
 
         Each option is the columns (M, k) of an effect in each joint's rows; the best has the largest gain outside the fold.
+        ``priors`` (k,) are the prior precisions of each option's values, by default none.
         """
         if not options:
             return self.alone
         C = [np.column_stack(part) for part in zip(*options, strict=True)]
         ends = np.cumsum([option[0].shape[1] for option in options])
         places = [np.arange(end - o[0].shape[1], end) for o, end in zip(options, ends, strict=True)]
+        prior = np.concatenate(priors) if priors else np.zeros(ends[-1])
         y = self.response.T[:, :, None]
         sums = [
             (self._products(rows, C, C), self._products(rows, self.joints, C), self._products(rows, C, y)[:, 0])
@@ -48,7 +50,7 @@ class LeftOutFits:
         result = self.alone.copy()
         for rows, part, inverse, x in zip(self.tests, sums, self.inverse, self.x, strict=True):
             CC, BC, Cy = (total - left_out for total, left_out in zip(whole, part, strict=True))
-            theta, moved = _best(CC, BC, Cy - BC.T @ x, inverse, places)
+            theta, moved = _best(CC, BC, Cy - BC.T @ x, inverse, places, prior)
             for j, (B, columns) in enumerate(zip(self.joints, C, strict=True)):
                 result[rows, j] -= columns[rows] @ theta - B[rows] @ moved
         return result
@@ -59,14 +61,14 @@ class LeftOutFits:
 
 
 def _best(
-    CC: Array, BC: Array, slope: Array, inverse: Array, places: Sequence[NDArray[np.intp]]
+    CC: Array, BC: Array, slope: Array, inverse: Array, places: Sequence[NDArray[np.intp]], prior: Array
 ) -> tuple[Array, Array]:
     """Values (K,) of the best option's columns, the others' zero, and by how much (R,) the baseline's then fall."""
     theta, moved, best = np.zeros(len(slope)), np.zeros(len(inverse)), 0.0
     for at in places:
         Z = inverse @ BC[:, at]
         inner = CC[np.ix_(at, at)]
-        root = whitening(inner[None], (inner - BC[:, at].T @ Z)[None])[0]
+        root = whitening(inner[None], (inner - BC[:, at].T @ Z + np.diag(prior[at]))[None])[0]
         values = root @ (root.T @ slope[at])
         if (seen := float(slope[at] @ values)) > best:
             best, theta = seen, np.zeros(len(slope))

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import SETTLED, Fit
-from physident.diagnosis.search.hypothesis import Hypothesis, prior_precision
+from physident.diagnosis.problem.candidates import prior_precision
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
 from physident.effects.effect import Effect
@@ -69,6 +70,12 @@ class ProductFit:
             x=x, residual=empty, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal
         )
 
+    @cached_property
+    def numbers(self) -> Array:
+        """How many numbers each active column (k,) chooses: one, or less where a prior holds it."""
+        inverse = pseudo_inverse(self.fit.normal)
+        return np.sum(inverse * (self.fit.normal - np.diag(self.prior)), axis=1)
+
 
 def fit_chosen(
     stored: StoredProducts,
@@ -115,11 +122,15 @@ def best_alone(
         outside = CC - np.einsum("rok,rol->okl", Z, BC)
         y = products.weighted(squares, np.array([state.response]), flat)[0].reshape(columns.shape)
         slope = y - np.einsum("rok,r->ok", BC, fit.x)
-        root = whitening(CC, outside)
+        prior = np.array([prior_precision(effect) for _, effect, _ in group])
+        root = whitening(CC, outside + prior[:, None, None] * np.eye(columns.shape[1]))
         seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
+        chosen = columns.shape[1] - prior * np.sum(
+            root**2, axis=(1, 2)
+        )  # numbers: less than one a column where a prior holds it
         size = np.trace(CC, axis1=1, axis2=2)
         rows = np.maximum(worth[:, columns].max(axis=2).sum(axis=0), 1e-300)  # of the joints that an option acts on
-        seen = -rows * np.log(np.maximum(1 - seen / rows, 1e-12)) - 2 * columns.shape[1]
+        seen = -rows * np.log(np.maximum(1 - seen / rows, 1e-12)) - 2 * chosen
         seen[np.trace(outside, axis1=1, axis2=2) < least * size] = 0.0
         for (key, effect, own), value in zip(group, seen, strict=True):
             if value > found.get(key, (0.0,))[0]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,9 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
 from physident.robots.inertia import PARAMETER_NAMES
+from physident.robots.load import as_robot
 from physident.robots.robot import Robot
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -115,24 +118,27 @@ class DriveGains:
 
 @one_thread
 def identify_drive_gains(
-    robot: Robot,
+    robot: Robot | str | Path,
     unloaded: Recordings,
     loaded: Recordings,
     load_mass: float,
     method: str = "tls",
-    effects: Iterable[str | Effect] = DEFAULT_EFFECTS,
+    effects: str | Iterable[str | Effect] = DEFAULT_EFFECTS,
     filter: Filter | float | None = None,
 ) -> DriveGains:
     """Drive gains from currents recorded without and with a load of ``load_mass`` [kg] on the last link.
 
+    ``robot`` may be a name or a path, recordings one or several recordings, paths or patterns.
     The load's centre of mass and inertia are identified as well. ``method`` "tls": total least squares, whose errors are
     those of the currents; "physical": the same with physically consistent links, load, friction and rotor inertias; "ls":
     ordinary least squares, biased low by the currents' errors, for comparison. Gains stored in the recordings are not
     used. Raises InputError without loaded recordings or a mass, for torques instead of currents, and where no gain can be
     separated from the parameters it multiplies; NotSolvedError where the iteration does not settle.
     """
+    robot = as_robot(robot)
     unloaded, loaded = (as_recordings(given, robot) for given in (unloaded, loaded))
     _check(unloaded, loaded, load_mass, method)
+    warn_of_setup(None, [*unloaded, *loaded])
     effects = make_effects(effects)
     if dependent := [effect.name for effect in effects if effect.needs_model]:
         raise InputError(

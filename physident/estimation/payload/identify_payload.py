@@ -14,19 +14,23 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.errors import InputError, NotSolvedError, warn
+from physident.estimation.dry_friction.row_weights import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
-from physident.estimation.least_squares import Solution, least_squares
+from physident.estimation.least_squares import Solution, least_squares, solve_step
+from physident.estimation.payload.friction_of_the_day import refit_friction
+from physident.estimation.payload.gain_change import find_gain_change
 from physident.estimation.payload.load_regressor import all_independent, load_regressor, solid_load
 from physident.estimation.payload.payload import Payload
 from physident.estimation.physical.cones import Cones, MatrixInequality
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
-from physident.estimation.weighting import Compressed, compress
+from physident.estimation.weighting import Compressed, compress, weight_rows
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Signals
+from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -55,6 +59,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         raise InputError(
             "the model has no rigid_body effect, so no link that could carry a load; identify one with it in --effects"
         )
+    warn_of_setup(None, recordings)
     converted = [recording.with_default_drive_gains(estimate.drive_gains) for recording in recordings]
     signals = prepare_all(model.robot, converted, estimate.filter)
     whole, load, free = _free_load(estimate, signals)
@@ -73,6 +78,8 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         arm_sigma=np.array(estimate.sigma),
         visible=bool(free.base[0] > t_quantile(free.blocks) * np.sqrt(covariance[0, 0])),
         scale=_scale(converted),
+        gain_change=find_gain_change(estimate, whole, load, free.sigma),
+        friction_of_the_day=refit_friction(model, whole, load, free.sigma),
         recordings=tuple(recording.source for recording in recordings),
     )
 
@@ -90,8 +97,8 @@ def _free_load(estimate: Estimate, signals: Sequence[Signals]) -> tuple[Regresso
         whole = build_regressor(
             model.robot, model.effects, signals, estimate.filter, model=_carrying(model, parameters)
         )
-        load = load_regressor(whole, whole.torque - whole.predict(model.theta))
         with warnings.catch_warnings(record=True) as caught:  # only those of the last round are passed on
+            whole, load = _weighted(model, whole, signals, estimate.filter)
             free = least_squares(load, all_independent(load.columns), np.zeros(10), "diagonal")
         if np.linalg.norm(free.base - parameters) <= SETTLED * np.linalg.norm(free.base) or not model_dependent:
             _refuse_hidden(free)
@@ -102,6 +109,25 @@ def _free_load(estimate: Estimate, signals: Sequence[Signals]) -> tuple[Regresso
     raise NotSolvedError(
         f"the load and the effects that depend on it did not settle in {MAX_ROUNDS} rounds; identify the arm without {', '.join(model_dependent)}"
     )
+
+
+def _weighted(
+    model: Model, whole: Regressor, signals: Sequence[Signals], filter: Filter
+) -> tuple[Regressor, Regressor]:
+    """The arm's regressor and the load's with the row weights that the arm was identified with: near standstill, the sign of
+    dry friction is not known."""
+    spread = spread_rows(model.robot, model.effects, signals, filter)
+
+    def weighted(weights: Array) -> tuple[Regressor, Regressor]:
+        rows = weight_rows(whole, weights)
+        return rows, load_regressor(rows, rows.torque - rows.predict(model.theta))
+
+    _, known = weighted(known_rows(spread))
+    base = all_independent(known.columns)
+    first = solve_step(known, base, None, np.zeros(10)).x
+    _, load = weighted(np.ones_like(spread))
+    residual = load.torque - load.predict(first)
+    return weighted(rest_weights(spread, dry_level(model), residual, whole.counted))
 
 
 def _carrying(model: Model, load: Array) -> Model:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.estimation.payload.friction_of_the_day import FrictionOfTheDay
+from physident.estimation.payload.gain_change import GainChange
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, about_centre
 
 Array = NDArray[np.float64]
-LEFT = 2.0  # times the arm's own residual: another day or temperature leaves less
+LEFT = (
+    2.0  # times the arm's own residual, with friction fitted anew: a healthy arm leaves less on recordings of its own
+)
 LEVEL = 0.999  # of the test that all joints state one mass
 APART = 0.1  # of the mass: errors of joints are themselves estimates, and smaller differences need not matter
 
@@ -23,8 +27,10 @@ class Payload:
     ``parameters`` (10,) [kg, kg m, kg m^2] of a rigid body in Pinocchio's order; ``intervals`` (10, 2), ``mass_interval``
     (2,) [kg] and ``centre_interval`` (3, 2) [m] cover 95 %. ``seen_by_joint`` (n, 2) [kg]: mass by each joint alone and
     its standard error, NaN where the load's torque is too small. ``sigma`` (n,) [N m|N]: RMS residual with the load,
-    ``sigma_without_load`` (n,) without it, ``arm_sigma`` (n,) that of the arm's model on its own recordings. ``visible``: whether the torques show a load at all; ``scale`` says what the
-    mass is proportional to.
+    ``sigma_without_load`` (n,) without it, ``arm_sigma`` (n,) that of the arm's model on its own recordings, all with rows
+    weighted by how well the sign of friction is known in them. ``visible``: whether the torques show a load at all;
+    ``scale`` says what the mass is proportional to, ``gain_change`` which drive gain differs most from the model's,
+    ``friction_of_the_day`` what mass and residual are with friction fitted anew.
     """
 
     parameters: Array
@@ -37,6 +43,8 @@ class Payload:
     arm_sigma: Array
     visible: bool
     scale: str
+    gain_change: GainChange
+    friction_of_the_day: FrictionOfTheDay
     recordings: tuple[str, ...]
 
     @property
@@ -57,27 +65,52 @@ class Payload:
     @property
     def contradictions(self) -> tuple[str, ...]:
         """Why the intervals cannot be believed, in words; empty where they can."""
-        from scipy.stats import chi2
-
-        found = []
+        found, day = [], self.friction_of_the_day
         known = self.arm_sigma > 0
-        ratio = float(np.sqrt(np.mean((self.sigma[known] / self.arm_sigma[known]) ** 2))) if known.any() else 0.0
+        ratio = float(np.sqrt(np.mean((day.sigma[known] / self.arm_sigma[known]) ** 2))) if known.any() else 0.0
         if ratio > LEFT:
             found.append(
-                f"with the load the residual is {ratio:.2g} times that of the arm's model on its own recordings:"
-                " the arm, the load or its mounting changed"
+                f"with the load, and with new friction, the residual is {ratio:.2g} times that of the arm's model on its own"
+                " recordings: the arm, the load or its mounting changed"
             )
-        mass, error = self.seen_by_joint[np.isfinite(self.seen_by_joint).all(axis=1) & (self.seen_by_joint[:, 1] > 0)].T
-        if self.visible and len(mass) > 1:
-            mean = np.average(mass, weights=1 / error**2)
-            scatter = float((((mass - mean) / error) ** 2).sum())
-            # Cochran's test of equal values: "The combination of estimates from different experiments" (1954)
-            if scatter > float(chi2.ppf(LEVEL, len(mass) - 1)) and np.abs(mass - mean).max() > APART * abs(mean):
-                found.append(
-                    f"joints disagree about the mass beyond their errors ({mass.min():.3g} to {mass.max():.3g} kg):"
-                    " check the drive gains and the model of the arm"
-                )
+        if self.visible and (
+            day.mass_interval[0] > self.mass_interval[1] or day.mass_interval[1] < self.mass_interval[0]
+        ):
+            found.append(
+                f"with new friction the mass would be {day.mass:.3g} kg: friction changed since the arm's model was"
+                " identified; record the arm without load on the same day"
+            )
+        if self.visible and (apart := self._apart()) is not None:
+            found.append(
+                f"joints disagree about the mass beyond their errors ({apart[0]:.3g} to {apart[1]:.3g} kg):"
+                " check the drive gains and the model of the arm"
+            )
+        if self.gain_change.real:
+            found.insert(0, self._gain())
         return tuple(found)
+
+    def _apart(self) -> tuple[float, float] | None:
+        """The least and the largest mass [kg] that joints state, where one is apart from their mean by more than its error."""
+        from scipy.stats import norm
+
+        mass, error = self.seen_by_joint[np.isfinite(self.seen_by_joint).all(axis=1) & (self.seen_by_joint[:, 1] > 0)].T
+        if len(mass) < 2:
+            return None
+        away = np.abs(mass - np.average(mass, weights=1 / error**2))
+        allowed = float(norm.ppf(1 - (1 - LEVEL) / (2 * len(mass))))
+        if not ((away > allowed * error) & (away > APART * abs(self.mass))).any():
+            return None
+        return float(mass.min()), float(mass.max())
+
+    def _gain(self) -> str:
+        """The change of a gain in words."""
+        change = self.gain_change
+        low, high = change.interval
+        where = "all joints" if change.joint is None else f"joint {change.joint}"
+        return (
+            f"the torque of {where} is {1 + change.change:.2f} times (95 % interval {low:.2f} to {high:.2f}) what the arm's own"
+            " links need, which no load explains: another drive gain than in the arm's training recordings?"
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """The load as plain numbers and texts for JSON."""
@@ -96,6 +129,7 @@ class Payload:
             "residual_Nm": self.sigma.tolist(),
             "residual_without_load_Nm": self.sigma_without_load.tolist(),
             "visible": self.visible,
+            "gain_change": asdict(self.gain_change) | {"interval": list(self.gain_change.interval)},
             "warnings": list(self.contradictions),
             "scale": self.scale,
             "recordings": list(self.recordings),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.errors import InputError
+from physident.estimation.estimate import Estimate
 from physident.export.mjcf.match import CLOSE, Match, match
 from physident.export.mjcf.mjcf import STIFF, MjcfExport, child_links
 from physident.export.mjcf.values import MjcfValues, element, inertial, mjcf_values, numbers
@@ -38,13 +39,14 @@ class _Place:
     body: Element
 
 
-def patch_mjcf(model: Model, source: str | Path, target: str | Path | None = None) -> MjcfExport:
+def patch_mjcf(model: Model | Estimate, source: str | Path, target: str | Path | None = None) -> MjcfExport:
     """Write a model's values into the MJCF file ``source``, or into a copy of it at ``target`` in the same folder.
 
     Joints are found by name; each joint's body gets the inertia of all that moves with it, in that body's own frame. Values
     that the model does not state stay as they are. Raises InputError where MuJoCo cannot read the file, where its
     kinematics are not those of the robot, and where the patched file would not have the model's dynamics.
     """
+    model = model.model if isinstance(model, Estimate) else model
     source = Path(source)
     target = source if target is None else Path(target)
     if target.resolve().parent != source.resolve().parent:

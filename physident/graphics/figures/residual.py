@@ -5,10 +5,12 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from physident.diagnosis.result.diagnosis import Diagnosis
+from physident.diagnosis.result.findings import CurveBand
 from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline
 from physident.graphics import style
 from physident.recordings.recording import Recording
@@ -31,18 +33,19 @@ def plot_residuals(
     head: str = "",
     bands: Sequence[tuple[float, float]] = (),
     joints: Sequence[int] | None = None,
+    curves: Sequence[CurveBand] = (),
 ) -> None:
     """Draw the residual [N m|N] of one model or of two, before and after, over time in motion [s].
 
     ``head`` is the title. ``bands`` (start, end) [s] on the time axis are shaded. ``joints`` (from 1) are drawn, all by
-    default. Raises InputError for a path without a known ending.
+    default. Below them, each of ``curves`` is drawn with its band. Raises InputError for a path without a known ending.
     """
     shown = list(joints or range(1, robot.n + 1))
-    fig, axes = style.figure(len(shown), sharex=True)
+    fig, axes = style.figure(len(shown) + len(curves), sharex=not curves)
     time = np.arange(len(pair.before.time)) / pair.before.rate
     borders = time[np.flatnonzero(np.diff(pair.before.recording)) + 1]
     units = torque_units(robot)
-    for axis, joint in zip(axes[:, 0], shown, strict=True):
+    for axis, joint in zip(axes[:, 0], shown, strict=False):
         j = joint - 1
         for p, (label, colour, width) in zip(pair.both, LINES, strict=False):
             axis.plot(time, p.residual[:, j], color=colour, label=label, linewidth=width)
@@ -58,7 +61,9 @@ def plot_residuals(
         text = "\n".join(textwrap.wrap(head, HEAD_WIDTH))
         fig.suptitle(text, fontsize=10, x=0.01, ha="left", fontweight="bold", parse_math=False)
     axes[0, 0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, frameon=False)
-    axes[-1, 0].set_xlabel("time in motion [s]")
+    axes[len(shown) - 1, 0].set_xlabel("time in motion [s]")
+    for axis, curve in zip(axes[len(shown) :, 0], curves, strict=True):
+        _draw_curve(axis, curve, units[curve.joint - 1])
     style.save(fig, path)
 
 
@@ -68,7 +73,18 @@ def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Pa
     pair = predict_pair(d.model, after, recordings, d.filter, d.drive_gains)
     bands = contact_bands(after, pair.before, recordings)
     head = f"{headline(d.question, d.verdict, d.causes)} {RESIDUAL_IN_WORDS[d.verdict]}"
-    plot_residuals(pair, d.model.robot, path, head, bands)
+    curves = [curve for finding in d.findings if finding.grade != "hint" for curve in finding.curves]
+    plot_residuals(pair, d.model.robot, path, head, bands, curves=curves)
+
+
+def _draw_curve(axis: Any, curve: CurveBand, unit: str) -> None:
+    """A learned curve with its 95 % band."""
+    axis.fill_between(curve.x, curve.low, curve.high, color="0.85", linewidth=0)
+    axis.plot(curve.x, curve.torque, color=style.SECOND)
+    axis.axhline(0.0, color="0.6", linewidth=0.8)
+    axis.set_ylabel(f"learned [{unit}]")
+    axis.set_xlabel(f"{curve.quantity} [{curve.unit}]")
+    axis.set_title(f"joint {curve.joint}: learned over {curve.quantity}, with its 95 % band", fontsize=9, loc="left")
 
 
 def _change(sizes: Sequence[float], unit: str) -> str:

@@ -42,7 +42,8 @@ class Outline:
     ``joints`` are names. ``first_model`` is shown as points in the charts, and the effects of ``last_model`` are shown;
     ``models`` and ``effects`` are their numbers. ``named_joints`` (from 1) are those of the findings. ``end`` and
     ``design_end`` [s] are the ends of the recordings and of the planned motion. ``arm`` and ``planned`` are the cameras of
-    both. ``ranges`` are the vertical ranges of each joint's plots, by the name of the plot.
+    both. ``ranges`` are the vertical ranges of each joint's plots, by the name of the plot, ``learned`` the titles
+    of learned curves.
     """
 
     joints: tuple[str, ...]
@@ -62,6 +63,7 @@ class Outline:
     arm: Camera
     planned: Camera
     ranges: dict[str, tuple[Range | None, ...]] = field(default_factory=dict)
+    learned: tuple[str, ...] = ()
 
 
 def make_blueprint(c: Outline) -> Any:
@@ -99,6 +101,8 @@ def _tabs(c: Outline) -> list[Any]:
         tabs.append(_with_legend(_curves(c, "motion"), "/legend/motion", 2, "motion"))
     if c.has_diagnosis:
         tabs.append(_diagnosis(c))
+    if c.learned:
+        tabs.append(_grid([_chart(f"/learned/{k}", title) for k, title in enumerate(c.learned, 1)], "learned curves"))
     if c.has_plan:
         tabs.append(_design(c))
     return tabs

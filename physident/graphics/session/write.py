@@ -18,6 +18,7 @@ from physident.graphics.session.content import SessionContent, model_hash
 from physident.graphics.session.data import SessionData, gather, moving_rms
 from physident.graphics.session.design import log_design
 from physident.graphics.session.joints import log_joints
+from physident.graphics.session.learned import learned_curves, log_learned
 from physident.graphics.session.recorded import log_recordings
 from physident.graphics.session.text import findings, summary
 from physident.outputs import write_with
@@ -74,6 +75,7 @@ def _write(content: SessionContent, data: SessionData | None, path: Path) -> Non
         rec.log("summary", rr.TextDocument(summary(data, robot, diagnosis), media_type="text/markdown"), static=True)
     if diagnosis is not None:
         rec.log("diagnosis", rr.TextDocument(findings(diagnosis), media_type="text/markdown"), static=True)
+        log_learned(rec, diagnosis)
     if content.plan is not None:
         planned_points = log_design(rec, content.plan, robot, content.meshes)
     cameras = Camera.around(recorded_points, title), Camera.around(planned_points, f"{robot.name}, planned motion")
@@ -122,4 +124,5 @@ def _outline(content: SessionContent, data: SessionData | None, arm: Camera, pla
         arm=arm,
         planned=planned,
         ranges={} if data is None else joint_ranges(data),
+        learned=tuple(f"joint {one.joint} over {one.quantity}" for one in learned_curves(content.diagnosis)),
     )

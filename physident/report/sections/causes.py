@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import inspect
 
+import numpy as np
 from markupsafe import Markup
 
-from physident.diagnosis.result.findings import Finding, ParameterValue, Rival
+from physident.diagnosis.result.findings import CurveBand, Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, listed, searches_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.figures.residual import torque_units
-from physident.graphics.style import effect_colour
+from physident.graphics.style import SECOND, effect_colour
+from physident.report.chart import Line, line_chart
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import number, percent, quantity
 
@@ -33,6 +35,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
         *([tag("p", f.in_words)] if f.in_words else []),
+        *(_curve(c, curve) for curve in f.curves),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
         *_trust(f),
@@ -41,6 +44,15 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
         style=f"border-color:{effect_colour(f.effect)}",
     )
+
+
+def _curve(c: DiagnosisRecord, curve: CurveBand) -> Markup:
+    """A learned curve with the ends of its 95 % band."""
+    x, unit = np.array(curve.x), torque_units(c.model.robot)[curve.joint - 1]
+    ends = [Line("95 % band", x, np.array(values), "#999999", 0.8) for values in (curve.low, curve.high)]
+    middle = Line("learned", x, np.array(curve.torque), SECOND, 1.6)
+    title = f"Joint {curve.joint}: learned torque with its 95 % band"
+    return line_chart([*ends, middle], unit, title, over=f"{curve.quantity} [{curve.unit}]")
 
 
 def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:

@@ -1,0 +1,158 @@
+"""The search's last step: curves where no law is left that explains anything, and in the place of laws that explain clearly less.
+
+A curve meets the conditions that every effect meets, against surrogates and placebos that have as many numbers as it has. Its
+smoothness is the one that predicts left-out rows best. Where a law takes as much as the curve, the law stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.learned.pool import CurvePool
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
+from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_responses
+from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT, effect_threshold
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
+from physident.effects.classification import Family
+from physident.effects.learned.curve import LearnedCurve
+from physident.identifiability.visibility import VISIBLE
+
+Array = NDArray[np.float64]
+MOST = 4  # curves: what takes more is no joint's own quantity
+
+
+def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
+    """A finished search, with curves beside its effects or in their place where these are better on left-out rows."""
+    start = found.last.hypothesis
+    if found.overfull or start.problem.resting_joints.issuperset(range(1, start.problem.model.robot.n + 1)):
+        return found
+    pool, threshold = CurvePool.of(start), found.last.threshold
+    now = state_hypothesis(pool.problem, start.accepted, start.model)
+    now = _with_replacements(now, pool, threshold, progress)
+    for _ in range(MOST):
+        better = _best_beside(now, pool, threshold)
+        if better is None:
+            break
+        progress(f"learned {placed(better)}")
+        now = state_hypothesis(now.problem, (*now.accepted, better), now.model, now.data)
+    curves = [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]
+    if not curves:
+        return found
+    return _finished(found, pool, now, curves)
+
+
+def _finished(found: SearchResult, pool: CurvePool, now: Hypothesis, curves: Sequence[AcceptedEffect]) -> SearchResult:
+    """The search with the curves among its candidates, those of the same joints as possible rivals, and without laws that they make
+    redundant."""
+    joints = {joint for one in curves for joint in one.candidate.joints}
+    sizes = {one.candidate.key: one.candidate for one in curves}
+    others = [
+        sizes.get((curve.effect.name, (curve.joint,)), curve.candidate(10 * float(now.fit.sigma[curve.joint - 1])))
+        for curve in pool.curves
+        if curve.joint in joints
+    ]
+    problem = pool.with_only(found.last.hypothesis.problem, others)
+    places = {candidate.key: candidate for candidate in problem.candidates}
+    accepted = [replace(one, candidate=places.get(one.candidate.key, one.candidate)) for one in now.accepted]
+    hypothesis = state_hypothesis(problem, accepted, now.model)
+    last = replace(found.last, hypothesis=hypothesis)
+    kept = without_redundant(problem, hypothesis.accepted, last)
+    if len(kept) < len(hypothesis.accepted):
+        hypothesis = state_hypothesis(problem, kept, now.model, hypothesis.data)
+    return replace(found, accepted=kept, last=score_candidates(hypothesis))
+
+
+def _with_replacements(
+    now: Hypothesis, pool: CurvePool, threshold: float, progress: Callable[[str], None]
+) -> Hypothesis:
+    """The hypothesis with a curve in the place of each joint's laws of one quantity, where these explain clearly less."""
+    for joint in range(1, now.problem.model.robot.n + 1):
+        for variable in ("position", "velocity", "load", "time"):
+            laws = [one for one in now.accepted if _is_law(now, one, joint, variable)]
+            if not laws:
+                continue
+            rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
+            curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == variable], threshold)
+            if curve is not None and is_admissible(rest, curve) and _is_clearly_better(now, rest, curve):
+                new = AcceptedEffect(curve, _effect(curve))
+                progress(f"learned {placed(new)} in the place of {', '.join(map(placed, laws))}")
+                now = state_hypothesis(now.problem, (*rest.accepted, new), now.model, now.data)
+    return now
+
+
+def _is_law(now: Hypothesis, one: AcceptedEffect, joint: int, variable: str) -> bool:
+    """Whether an accepted effect is a law of one quantity of a joint, which the search has found."""
+    ordinary = {own.candidate.key for own in now.problem.missing_default_effects}
+    return (
+        one.candidate.joints == (joint,)
+        and one.effect.variable == variable
+        and one.effect.family is not Family.LEARNED
+        and one.candidate.key not in ordinary
+    )
+
+
+def _variable(candidate: Candidate) -> str | None:
+    return _effect(candidate).variable
+
+
+def _effect(candidate: Candidate) -> LearnedCurve:
+    (option,) = candidate.options
+    assert isinstance(option.effect, LearnedCurve)
+    return option.effect
+
+
+def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: float) -> Candidate | None:
+    """The curve, with the amplitude, of the most evidence on left-out rows; None where even that is no evidence."""
+    data = replace(rest.data, candidates=tuple(candidates))
+    gains = left_out_gains(data, rest.baseline, rest.fit, data.response[:, :, None])
+    best = int(np.argmax(gains.evidence[:, 0]))
+    shown = gains.visible[best] >= VISIBLE and gains.evidence_without_best_fold[best, 0] > threshold
+    return candidates[best] if shown else None
+
+
+def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
+    """Whether left-out rows are predicted better with a curve than with the laws in its place, beyond the scatter over blocks and
+    by as much as is worth naming."""
+    labels, weights = blocks(now.data, float(now.fit.memory.max())), now.fit.weights
+    law, free = block_costs(now.left_out_fits.residual(), weights, labels), left_out_costs(rest, curve, weights)
+    gain = (law - free).sum(axis=1)
+    worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
+
+
+def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> AcceptedEffect | None:
+    """The curve of the largest gain beside a hypothesis that meets every condition, or None."""
+    candidates = pool.candidates(now)
+    plain = replace(now.data, candidates=tuple(candidates))
+    first = left_out_gains(plain, now.baseline, now.fit, now.data.response[:, :, None])
+    if not (first.evidence_without_best_fold[:, 0] > threshold).any():
+        return None
+    every = [*candidates, *pool.placebo_candidates(now)]
+    data = replace(now.data, candidates=tuple(every))
+    responses = np.concatenate([data.response[:, :, None], surrogate_responses(now)], axis=2)
+    gains = left_out_gains(data, now.baseline, now.fit, responses)
+    stable = gains.evidence_without_best_fold
+    level = max(threshold, effect_threshold(stable[:, 1:], gains.visible))
+    for index in np.argsort(-gains.evidence[:, 0]):
+        candidate = every[int(index)]
+        if gains.visible[index] < VISIBLE or stable[index, 0] <= level:
+            continue
+        if candidate.placebo:
+            return None  # curves after a placebo are no better than chance
+        if is_admissible(_fresh(now), candidate):
+            return AcceptedEffect(candidate, _effect(candidate))
+    return None
+
+
+def _fresh(now: Hypothesis) -> Hypothesis:
+    """The same hypothesis without what it remembers of candidates, which the same curve with another amplitude would take over."""
+    return replace(now)

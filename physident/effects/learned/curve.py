@@ -1,0 +1,199 @@
+"""The base class of learned curves: a smooth function of one quantity of a joint, added to its torque."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.classification import Column, Detection, Family
+from physident.effects.effect import Array, Effect, array_source
+from physident.effects.learned.spline import bumps, mode_count, modes
+from physident.errors import InputError
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+NARROWEST = 1e-3  # of a range, in the unit of its quantity: a joint that hardly moves shows no curve
+SHOWN = 200  # points of a printed or drawn curve
+
+
+@dataclass(frozen=True)
+class LearnedCurve(Effect):
+    """A sum of smooth functions of one quantity x of the joint, from ``low`` to ``high``; beyond its ends it stays constant.
+
+    Its parameters are the sizes of the functions, from the smoothest on, with the prior of a smoothing spline: each is zero with the
+    standard deviation ``amplitude`` [N m|N]. ``low``, ``high`` and ``amplitude`` are one value or one a joint; ``identify`` takes the
+    range from the recordings and the amplitude from how well rows that were left out are predicted. No curve has a mean, which
+    belongs to effects of the catalogue; of two that explain the same, an effect of the catalogue costs nothing and a curve does.
+    Raises InputError for ends in the wrong order and for an amplitude that is not positive.
+    """
+
+    low: tuple[float, ...] | None = None
+    high: tuple[float, ...] | None = None
+    amplitude: tuple[float, ...] | None = None
+
+    unit: ClassVar[str] = "N m"
+    family: ClassVar[Family] = Family.LEARNED
+    detection: ClassVar[Detection] = Detection.AFTER_LAWS
+    settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude")
+    pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
+    quantity_unit: ClassVar[str] = "rad"
+    middle: ClassVar[tuple[float, float]] = (-1.0, 1.0)  # a range where no recordings give one
+    factor: ClassVar[str] = ""  # what its torque is multiplied by, in the exported formula
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.low is not None and self.high is not None and not (np.array(self.low) < np.array(self.high)).all():
+            raise InputError(f"{self.name}: low is {self.low} and high is {self.high}, expected low below high")
+        if self.amplitude is not None and not (np.isfinite(self.amplitude).all() and min(self.amplitude) > 0):
+            raise InputError(f"{self.name}: amplitude is {self.amplitude}, expected positive numbers [N m|N]")
+
+    @abstractmethod
+    def quantity(self, signals: Signals) -> Array | None:
+        """What the curve is a function of (N, n), None where signals do not have it."""
+
+    @abstractmethod
+    def quantity_source(self, robot: Robot) -> str:
+        """The same as a NumPy expression."""
+
+    def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
+        """What the curve of each of some joints is multiplied by (k, N)."""
+        return np.ones((len(joints), len(signals.time)))
+
+    def scale(self, x: Array, low: Array, high: Array) -> Array:
+        """The place of quantities (k, N) on a scale from 0 to 1 between ``low`` and ``high`` (k, 1), monotone."""
+        return (np.clip(x, low, high) - low) / (high - low)
+
+    def circles(self, robot: Robot) -> NDArray[np.bool_]:
+        """Which of its joints (k,) turn freely, so that their curve repeats with each turn."""
+        return np.zeros(len(self.active(robot)), dtype=bool)
+
+    # what every effect states
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return tuple(
+            Column(f"{self.name}_{i + 1}_{j + 1}", self.unit, j + 1, self.name)
+            for j in self.active(robot)
+            for i in range(mode_count(self.pieces))
+        )
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return self._values(robot, signals, self.quantity(signals))
+
+    def _values(self, robot: Robot, signals: Signals, x: Array | None) -> Array:
+        if x is None:
+            raise InputError(f"{signals.source}: {self.name} needs the model's load, expected signals from Model.refer")
+        joints = self.active(robot)
+        shapes = self._shapes(robot, x.T[joints])
+        return (shapes * self.weight(signals, joints)[:, None, :]).reshape(-1, x.shape[0])
+
+    def _shapes(self, robot: Robot, x: Array) -> Array:
+        """Values (k, modes, N) of every mode at quantities x (k, N)."""
+        low, high = (self.shape_values(robot, field)[:, None] for field in ("low", "high"))
+        place = self.pieces * self.scale(x, low, high)
+        circles = self.circles(robot)
+        if circles.any():
+            turned = np.arctan2(np.sin(x), np.cos(x))
+            place = np.where(circles[:, None], self.pieces * (turned / (2 * np.pi) + 0.5), place)
+        return np.stack(
+            [modes(self.pieces, bool(c)).T @ bumps(p, self.pieces) for p, c in zip(place, circles, strict=True)]
+        )
+
+    def prior_sizes(self, robot: Robot) -> Array | None:
+        return np.repeat(self.shape_values(robot, "amplitude"), mode_count(self.pieces))
+
+    def placed(self, robot: Robot, signals: Sequence[Signals]) -> Effect:
+        """The curve with the range of its quantity in recordings, where none is given."""
+        if self.low is not None and self.high is not None:
+            return self
+        ranges = [self._range(robot, j, signals) for j in self.active(robot)]
+        return replace(self, low=tuple(r[0] for r in ranges), high=tuple(r[1] for r in ranges))
+
+    def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
+        found = [x[:, joint] for one in signals if (x := self.quantity(one)) is not None and len(x)]
+        if not found:
+            return self.middle
+        low, high = float(min(x.min() for x in found)), float(max(x.max() for x in found))
+        return (low, high) if high - low > NARROWEST else (low - NARROWEST, high + NARROWEST)
+
+    @classmethod
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
+        return [replace(cls(joints).placed(robot, signals), amplitude=(1.0,))]  # pyright: ignore[reportReturnType]
+
+    @classmethod
+    def at_grid_middle(cls, joints: tuple[int, ...] | None = None) -> Self:
+        low, high = cls.middle
+        return cls(joints, (low,), (high,), (1.0,))
+
+    # what a curve looks like
+
+    def curve(self, robot: Robot, theta: Array, k: int = 0) -> tuple[Array, Array, Array]:
+        """Points x (S,) of its k-th joint's range, its torque there (S,) [N m|N] for parameters (k modes,), and the modes (S, modes)."""
+        x = np.linspace(*self.ends(robot, k), SHOWN)
+        count = len(self.active(robot))
+        Phi = self._shapes(robot, np.tile(x, (count, 1)))[k].T
+        return x, Phi @ theta.reshape(count, -1)[k], Phi
+
+    def ends(self, robot: Robot, k: int = 0) -> tuple[float, float]:
+        """Lower and upper end of the range of its k-th joint."""
+        if self.circles(robot)[k]:
+            return -np.pi, np.pi
+        return float(self.shape_values(robot, "low")[k]), float(self.shape_values(robot, "high")[k])
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        """Where the curve of each joint is largest, and between which values it is at least half of that."""
+        found = []
+        for k, j in enumerate(self.active(robot)):
+            x, torque, _ = self.curve(robot, theta, k)
+            top = int(np.argmax(np.abs(torque)))
+            inside = torque * np.sign(torque[top]) >= np.abs(torque[top]) / 2
+            first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
+            last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
+            unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
+            found.append(
+                f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
+                f" {x[last]:.2g} {self.quantity_unit}"
+            )
+        return "; ".join(found)
+
+    dependence: ClassVar[str] = "position"  # its quantity, in a sentence
+
+    # export
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        """The splines one by one, so that the source is the torque in NumPy, C and CasADi."""
+        joints, circles = self.active(robot), self.circles(robot)
+        values = theta.reshape(len(joints), -1)
+        count = self.pieces + 3
+        C = np.zeros((count, robot.n))
+        for j, c, own in zip(joints, circles, values, strict=True):
+            C[:, j] = modes(self.pieces, bool(c)) @ own
+        place = self._place_source(robot, circles)
+        bump = "((np.maximum(2 - np.abs({t}), 0) ** 3 - 4 * np.maximum(1 - np.abs({t}), 0) ** 3) / 6)"
+        terms = [f"{array_source(c)} * {bump.format(t=f'({place} - {i - 1})')}" for i, c in enumerate(C)]
+        total = " + ".join(terms)
+        return f"{self.factor} * ({total})" if self.factor else f"({total})"
+
+    def _place_source(self, robot: Robot, circles: NDArray[np.bool_]) -> str:
+        """Where its quantity lies among the splines, joint by joint."""
+        joints = self.active(robot)
+        low, high, circle = np.zeros(robot.n), np.ones(robot.n), np.zeros(robot.n)
+        low[joints], high[joints], circle[joints] = (
+            self.shape_values(robot, "low"),
+            self.shape_values(robot, "high"),
+            circles,
+        )
+        source = f"{self.pieces} * {self.scale_source(self.quantity_source(robot), low, high)}"
+        if circles.any():
+            turned = f"{self.pieces} * (np.arctan2(np.sin(q), np.cos(q)) / {2 * np.pi} + 0.5)"
+            source = f"({array_source(1 - circle)} * {source} + {array_source(circle)} * {turned})"
+        return source
+
+    def scale_source(self, x: str, low: Array, high: Array) -> str:
+        """``scale`` as a NumPy expression."""
+        width = array_source(1 / (high - low))
+        return f"((np.minimum(np.maximum({x}, {array_source(low)}), {array_source(high)}) - {array_source(low)}) * {width})"

@@ -1,0 +1,155 @@
+"""One learned curve for each quantity that a joint's torque may depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.effects.classification import Variable
+from physident.effects.effect import Array, array_source
+from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
+from physident.effects.learned.curve import LearnedCurve
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
+
+
+@dataclass(frozen=True)
+class LearnedPosition(LearnedCurve):
+    """tau_j = f_j(q_j): cables, springs, cogging; f in N m, it repeats with each turn of a joint that turns freely."""
+
+    name: ClassVar[str] = "learned_position"
+    label: ClassVar[str] = "a torque that depends on position"
+    variable: ClassVar[Variable | None] = "position"
+    signature: ClassVar[str] = "a curve over position that no law of the catalogue has"
+    mistaken_for: ClassVar[str] = "torque_ripple or joint_spring: move through the joint's whole range"
+    middle: ClassVar[tuple[float, float]] = (-np.pi, np.pi)
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return signals.q
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "q"
+
+    def circles(self, robot: Robot) -> NDArray[np.bool_]:
+        joints = self.active(robot)
+        turns = np.array([robot.joints[j].kind == "revolute" for j in joints], dtype=bool)
+        return turns & ~np.isfinite(robot.lower[joints]) & ~np.isfinite(robot.upper[joints])
+
+
+@dataclass(frozen=True)
+class LearnedPositionFriction(LearnedPosition):
+    """tau_j = f_j(q_j) sgn v_j: a damaged place of a gear, a seal or a cable that rubs; f in N m."""
+
+    name: ClassVar[str] = "learned_position_friction"
+    label: ClassVar[str] = "friction that depends on position"
+    signature: ClassVar[str] = "friction that is larger at some positions"
+    mistaken_for: ClassVar[str] = "load_dependent_friction: move through one position with two loads"
+    dry: ClassVar[bool] = True
+    factor: ClassVar[str] = SMOOTH_SIGN_SOURCE
+    dependence: ClassVar[str] = "position and opposes the motion"
+
+    def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
+        return sign_of_velocity(signals, joints)
+
+
+@dataclass(frozen=True)
+class LearnedVelocity(LearnedCurve):
+    """tau_j = f_j(v_j): a friction curve beside the laws of the catalogue, finer near standstill; f in N m.
+
+    A jump at standstill belongs to Coulomb friction. Beyond its range it stays constant, and the friction of the joint as a sum over
+    all effects must not drive it.
+    """
+
+    name: ClassVar[str] = "learned_velocity"
+    label: ClassVar[str] = "a torque that depends on velocity"
+    variable: ClassVar[Variable | None] = "velocity"
+    signature: ClassVar[str] = "a curve over velocity that no law of the catalogue has"
+    mistaken_for: ClassVar[str] = "stribeck_friction or nonlinear_viscous_friction: move at five speeds or more"
+    pieces: ClassVar[int] = 16
+    quantity_unit: ClassVar[str] = "rad/s"
+    dependence: ClassVar[str] = "velocity"
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return signals.v
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "v"
+
+    def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
+        """The same in both directions, so that standstill is its middle."""
+        low, high = super()._range(robot, joint, signals)
+        fastest = max(abs(low), abs(high))
+        return -fastest, fastest
+
+    def scale(self, x: Array, low: Array, high: Array) -> Array:
+        top = (high - low) / 2
+        return np.arcsinh(FINE * np.clip(x - (low + top), -top, top) / top) / (2 * np.arcsinh(FINE)) + 0.5
+
+    def scale_source(self, x: str, low: Array, high: Array) -> str:
+        top = (high - low) / 2
+        centred = f"({x} - {array_source(low + top)})"
+        inside = f"np.minimum(np.maximum({centred}, {array_source(-top)}), {array_source(top)})"
+        return f"(np.arcsinh({inside} * {array_source(FINE / top)}) * {1 / (2 * np.arcsinh(FINE))} + 0.5)"
+
+    def friction(self, robot: Robot, speeds: Array) -> Array:
+        shapes = self._shapes(robot, np.tile(speeds, (len(self.active(robot)), 1)))
+        return shapes.reshape(-1, len(speeds))
+
+
+@dataclass(frozen=True)
+class LearnedLoad(LearnedCurve):
+    """tau_j = f_j(tau_load_j): what a drive or a sensor makes of its load, such as a dead band or a saturation; f in N m."""
+
+    name: ClassVar[str] = "learned_load"
+    label: ClassVar[str] = "a torque that depends on the load"
+    variable: ClassVar[Variable | None] = "load"
+    signature: ClassVar[str] = "a curve over the torque of inertia and gravity"
+    mistaken_for: ClassVar[str] = "torque_constant: a straight line"
+    needs_model: ClassVar[bool] = True
+    pieces: ClassVar[int] = 12
+    quantity_unit: ClassVar[str] = "N m"
+    dependence: ClassVar[str] = "the load"
+    middle: ClassVar[tuple[float, float]] = (-100.0, 100.0)
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return signals.load
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "load"
+
+    def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
+        """Where no model has been evaluated yet, the measured torque is near enough to its load."""
+        if all(one.load is None for one in signals):
+            found = [one.torque[:, joint] for one in signals if one.torque is not None]
+            return (float(min(x.min() for x in found)), float(max(x.max() for x in found))) if found else self.middle
+        return super()._range(robot, joint, signals)
+
+    def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
+        return self._values(robot, signals, load)
+
+
+@dataclass(frozen=True)
+class LearnedTime(LearnedCurve):
+    """tau_j = f_j(t): what drifts in the same way in every recording, t from its start; f in N m."""
+
+    name: ClassVar[str] = "learned_time"
+    label: ClassVar[str] = "a torque that depends on time"
+    variable: ClassVar[Variable | None] = "time"
+    signature: ClassVar[str] = "a drift that repeats in every recording"
+    mistaken_for: ClassVar[str] = "warm_up: friction that drifts changes its sign with the motion"
+    pieces: ClassVar[int] = 12
+    quantity_unit: ClassVar[str] = "s"
+    dependence: ClassVar[str] = "time"
+    middle: ClassVar[tuple[float, float]] = (0.0, 100.0)
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return np.tile((signals.time - signals.origin)[:, None], signals.q.shape[1])
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "(t + 0 * q)"

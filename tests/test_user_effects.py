@@ -1,0 +1,205 @@
+"""Effects that users bring: from a file, from a package, and through every command; the tutorial on it is played as it stands."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.cli import run
+from physident.effects.user.registration import add_entry_points
+from physident.identifiability.base_parameters import random_motion
+from physident.testing import check_effect
+from tests.conftest import ROOT
+from tests.test_tutorial import close, compared, script
+
+PAGE = ROOT / "docs" / "tutorials" / "your-own-effect.md"
+CLASS = PAGE.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
+NAME = "lubricant_friction"
+BAD = {
+    "syntax": ("import x y", r"effects.py: line 1: SyntaxError"),
+    "failure": ("a = 1\nb = 1 / 0", r"effects.py: line 2: ZeroDivisionError: division by zero"),
+    "no effect": ("a = 1", r"effects.py: defines no effect"),
+    "exit": ("raise SystemExit(0)", r"effects.py: line 1: SystemExit"),
+    "name of another": (CLASS.replace(NAME, "payload"), r"the name 'payload', as the effect of the catalogue"),
+    "no name": (CLASS.replace(f'"{NAME}"', "3"), r"has the name 3; expected a word"),
+    "no unit": (CLASS.replace('    unit = "N m"\n', ""), r"states no unit"),
+    "no family": (CLASS.replace("pid.Family.FRICTION", "'friction'"), r"states no family"),
+    "no expression": (CLASS.replace('("v / 0.3', '("v / / 0.3'), r"no expression of Python"),
+    "not frozen": (CLASS.replace("@dataclass(frozen=True)", "") + "    c: float = 1.0\n", r"frozen"),
+}
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the tutorial's effect in my_effects.py; the catalogue is as before afterwards."""
+    monkeypatch.chdir(tmp_path)
+    Path("my_effects.py").write_text(CLASS, encoding="utf-8")
+    for name, effect in list(pid.CATALOGUE.items()):
+        monkeypatch.setitem(pid.CATALOGUE, name, effect)
+    yield tmp_path
+    pid.CATALOGUE.pop(NAME, None)
+
+
+def test_the_tutorial_prints_what_it_says(tmp_path: Path) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    try:
+        played = script().played(text, tmp_path)
+    finally:
+        pid.CATALOGUE.pop(NAME, None)
+    (words, numbers), (now, real) = compared(text), compared(played)
+    assert now == words, "run docs/tutorials/run.py"
+    assert all(close(a, b) for a, b in zip(numbers, real, strict=True)), "run docs/tutorials/run.py"
+    found = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert [(f["effect"], f["joints"], f["grade"]) for f in found["findings"]] == [(NAME, [3], "cause")]
+    value = next(p["value"] for p in found["extended_model"]["parameters"] if p["name"] == f"{NAME}_3")
+    assert value == pytest.approx(12.0, rel=0.2)
+
+
+def test_its_exported_function_is_the_stated_law(own: Path, ur5: pid.Robot) -> None:
+    (law,) = pid.load_effects("my_effects.py")
+    base = pid.Model.nominal(ur5, ["rigid_body"])
+    pid.export_python(pid.Model(ur5, (*base.effects, law(joints=(3,))), [*base.theta, 2.5]), "arm.py")
+    space: dict = {}
+    exec(Path("arm.py").read_text(encoding="utf-8"), space)
+    motion = random_motion(ur5, seed=3)
+    v = motion.v[:, 2]
+    film = space["torque"](motion.q, motion.v, motion.a)[:, 2] - base.torque(motion)[:, 2]
+    np.testing.assert_allclose(film, 2.5 * (v / 0.3) / (1 + (v / 0.3) ** 2), rtol=1e-6, atol=1e-8)
+
+
+def test_a_saved_model_asks_for_its_file_again(own: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["demo"]) == 0
+    effects = f"rigid_body,rotor_inertia,viscous_friction,coulomb_friction,torque_offset,{NAME}"
+    bring = ["--effects-from", "my_effects.py"]
+    typed = ["identify", "demo/before_1.csv", "--robot", "ur5", "--effects", effects, "--out", "model.json", *bring]
+    assert run(typed) == 0
+    assert NAME not in pid.CATALOGUE  # brought for one command alone
+    capfd.readouterr()
+    validate = ["validate", "--model", "model.json", "demo/before_2.csv"]
+    assert run(validate) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "--effects-from my_effects.py" in error
+    assert run([*validate, *bring]) == 0
+    assert run(["export", "--model", "model.json", "--python", "arm.py", *bring]) == 0
+    assert run(["view", "demo/before_2.csv", "--model", "model.json", "--out", "own.rrd", *bring]) == 0
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_file_that_brings_no_effect_is_refused_in_one_line(
+    case: str, own: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    text, expected = BAD[case]
+    Path("effects.py").write_text(text, encoding="utf-8")
+    assert run(["base-parameters", "--robot", "ur5", "--effects-from", "effects.py"]) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    with pytest.raises(pid.InputError, match=expected):
+        pid.load_effects("effects.py")
+
+
+@pytest.mark.parametrize("path", ["nowhere.py", ".", "notes.txt"])
+def test_what_is_no_python_file_is_refused(path: str, own: Path) -> None:
+    Path("notes.txt").write_text("a = 1", encoding="utf-8")
+    with pytest.raises(pid.InputError, match="expected"):
+        pid.load_effects(path)
+
+
+def test_a_file_may_be_loaded_again_after_an_edit(own: Path) -> None:
+    pid.load_effects("my_effects.py")
+    Path("my_effects.py").write_text(CLASS.replace("0.3", "0.4"), encoding="utf-8")
+    (now,) = pid.load_effects("my_effects.py")
+    assert pid.CATALOGUE[NAME] is now
+    assert "0.4" in now.formulas[0]
+
+
+def test_an_installed_package_brings_its_effects(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(own))
+    catalogue: dict = {}
+    for value in ("my_effects", "my_effects:LubricantFriction"):
+        catalogue.clear()
+        add_entry_points(catalogue, [EntryPoint("film", value, "physident.effects")])
+        assert list(catalogue) == [NAME]
+    with pytest.raises(pid.InputError, match=r"nothing_there.*cannot be loaded"):
+        add_entry_points({}, [EntryPoint("film", "nothing_there", "physident.effects")])
+    sys.modules.pop("my_effects", None)
+
+
+@dataclass(frozen=True)
+class Drives(pid.VelocityFriction):
+    """It says that it takes energy, and gives some."""
+
+    name = "drives"
+    unit = "N m"
+    signature = "none"
+    mistaken_for = "none"
+
+    def law(self, robot: pid.Robot, v: np.ndarray, sign: np.ndarray) -> np.ndarray:
+        return np.cos(v)
+
+
+@dataclass(frozen=True)
+class Averages(pid.Effect):
+    """It looks at other instants, and does not say so; its columns have no unit."""
+
+    name = "averages"
+    unit = ""
+    family = pid.Family.FRICTION
+
+    def values(self, robot: pid.Robot, signals: pid.Signals) -> np.ndarray:
+        return (signals.v - signals.v.mean(axis=0)).T[self.active(robot)]
+
+
+@dataclass(frozen=True)
+class OtherFormula(Drives):
+    """What it exports is not what it computes."""
+
+    passive = False
+    formulas = ("np.sin(v)",)
+
+
+@pytest.mark.parametrize(
+    ("effect", "clause"),
+    [
+        (Drives, "drives a joint"),
+        (Averages, "depend on others"),
+        (Averages, "a unit"),
+        (OtherFormula, "are not values"),
+    ],
+)
+def test_the_contract_names_what_is_broken(effect: type[pid.Effect], clause: str) -> None:
+    with pytest.raises(AssertionError, match=clause):
+        check_effect(effect)
+
+
+@pytest.mark.parametrize("name", sorted(pid.CATALOGUE))
+def test_every_effect_of_the_catalogue_keeps_the_contract(name: str) -> None:
+    check_effect(pid.CATALOGUE[name])
+
+
+def test_a_formula_may_depend_on_load_and_time(ur5: pid.Robot) -> None:
+    @dataclass(frozen=True)
+    class Drift(pid.FormulaEffect):
+        """Two parameters a joint: by the load, and by the time."""
+
+        name = "drift"
+        unit = "1, N m/s"
+        family = pid.Family.TRANSMISSION
+        formulas = ("load", "t")
+        signature = "none"
+        mistaken_for = "none"
+
+    check_effect(Drift)
+    motion = pid.Model.nominal(ur5).refer(random_motion(ur5, 1))
+    Phi = Drift(joints=(2,)).regressor(ur5, motion)
+    assert motion.load is not None
+    np.testing.assert_allclose(Phi[:, 1, 0], motion.load[:, 1])
+    np.testing.assert_allclose(Phi[:, 1, 1], motion.time - motion.origin)
+    assert Drift.needs_model
