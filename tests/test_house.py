@@ -52,6 +52,7 @@ MOST_LINES = 300  # of a file
 # Where effects may be named in the code outside effects/: all other modules read what they need from the effect's class.
 NAMED_EFFECTS = {
     "physident.graphics.style": "any",  # one colour for each
+    "physident.report.sections.practice": "any",  # one sentence for each
     "physident.demo.arms": "any",  # the effects that the demo hides
     "physident.excitation.limits.torque_limit": ("torque_offset",),  # it is measured, and loads no drive
     "physident.report.sections.advice": ("joint_zero_offset",),  # no motion shows it about a vertical axis

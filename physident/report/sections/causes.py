@@ -23,7 +23,7 @@ def causes(c: DiagnosisRecord) -> list[Markup]:
     if not c.findings:
         return []
     cards = [_card(c, n, finding) for n, finding in enumerate(c.findings, 1)]
-    return [tag("section", tag("h2", "What was found"), *cards)]
+    return [tag("section", tag("h2", "What was found"), tag("div", *cards, class_="cards"))]
 
 
 def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:

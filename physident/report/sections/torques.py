@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED, listed
 from physident.effects.contact import Contact
 from physident.errors import InputError
 from physident.graphics import style
@@ -26,7 +26,10 @@ def torques(c: DiagnosisRecord, recordings: Sequence[Reread]) -> Markup:
     """Charts of the recordings that could be read again, and a note for each other one."""
     drawn = _chosen(c, recordings)
     lost = [one for one in recordings if one.recording is None]
-    notes = [tag("p", f"{c.short_name(one.used.path)}: {one.status}. Its torque is not drawn.") for one in lost]
+    notes = []
+    if lost:
+        missing = listed([f"{c.short_name(one.used.path)} ({one.status})" for one in lost])
+        notes.append(tag("p", f"Curves are missing of {missing}."))
     if more := [c.short_name(one.used.path) for one in recordings if one not in drawn and one not in lost]:
         notes.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
     if not drawn:
