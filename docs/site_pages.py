@@ -29,6 +29,7 @@ HEADINGS = {  # of the API, by the folder of a public name, in the order of a us
     "estimation": "Identification",
     "validation": "Validation",
     "diagnosis": "Diagnosis",
+    "fleet": "Fleets",
     "excitation": "Motions to record",
     "simulation": "Simulation",
     "export": "Export",

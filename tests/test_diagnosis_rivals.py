@@ -93,7 +93,7 @@ def test_each_of_two_effects_has_no_rival_in_the_other(rubbing: Hypothesis) -> N
 def test_what_another_effect_makes_superfluous_is_removed(rubbing: Hypothesis) -> None:
     true = (("coulomb_friction", JOINT), ("viscous_friction", JOINT))
     every = accepted(rubbing, *true, ("coulomb_friction", 5), ("friction_asymmetry", JOINT))
-    kept = forward_search._without_redundant(
+    kept = forward_search.without_redundant(
         rubbing.problem, every, score_candidates(settled_hypothesis(rubbing.problem, every))
     )
     assert {(a.candidate.name, a.candidate.joints[0]) for a in kept} == set(true)

@@ -20,6 +20,8 @@ FLOORS = (
     "errors",
     "arguments",
     "threads",
+    "large_arrays",
+    "processes",
     "outputs",
     "files",
     "json_records",
@@ -43,6 +45,7 @@ FLOORS = (
     "report",
     "export",
     "replay",
+    "fleet",
     "demo",
     "cli",
 )
@@ -54,6 +57,7 @@ NAMED_EFFECTS = {
     "physident.graphics.style": "any",  # one colour for each
     "physident.report.sections.practice": "any",  # one sentence for each
     "physident.demo.arms": "any",  # the effects that the demo hides
+    "physident.fleet.candidates": "any",  # what wears, loosens or is forgotten
     "physident.excitation.limits.torque_limit": ("torque_offset",),  # it is measured, and loads no drive
     "physident.report.sections.advice": ("joint_zero_offset",),  # no motion shows it about a vertical axis
     "physident.export.urdf": ("rigid_body",),  # what URDF has elements for

@@ -26,6 +26,7 @@ COMMANDS = {  # by folder, in the order of --help
     "recordings": ("demo", "inspect", "design", "simulate"),
     "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export", "replay"),
     "diagnosis": ("diagnose", "report", "view"),
+    "fleet": ("fleet", "drift"),
 }
 
 

@@ -49,7 +49,8 @@ class Verb(TyperCommand):
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [
-            re.sub(r"[{\[]+(\w+)[^\w]*", r"\1...", p) if "..." in p else p for p in super().collect_usage_pieces(ctx)
+            re.sub(r"[{\[]+(\w+)[^\w]*", r"\1...", p) if "..." in p else p.strip("{}")
+            for p in super().collect_usage_pieces(ctx)
         ]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Effect
 from physident.errors import InputError
+from physident.large_arrays import BLOCK, is_shared, release
+from physident.processes import each
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -64,12 +66,17 @@ class ColumnStructure:
             if not effect.pointwise:
                 whole = filter.apply(effect.values(self.robot, signals), signals.rate)[:, rows]
                 _put(values, targets, whole, first)
-        for start in range(0, len(rows), chunk_rows):
+
+        def fill_chunk(start: int) -> None:
             samples = slice(rows[start] * D, rows[min(start + chunk_rows, len(rows)) - 1] * D + length)
             part = signals.part(samples)
             for effect, targets in zip(self.effects, self.targets, strict=True):
                 if effect.pointwise:
                     _put(values, targets, filter.apply(effect.values(self.robot, part), signals.rate), first + start)
+            if len(rows) > BLOCK:
+                release()
+
+        each(fill_chunk, range(0, len(rows), chunk_rows), shared=is_shared(values[0]))
 
     def counted(self, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> NDArray[np.bool_]:
         """Rows (K, n) in whose whole filter window every effect on that joint is settled."""

@@ -13,6 +13,7 @@ from physident.dynamics.column_structure import ColumnStructure, kept_rows
 from physident.dynamics.model import Model
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
+from physident.large_arrays import blocks, copied, empty, is_shared, triangle
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -21,10 +22,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class JointRows:
-    """The rows of one joint: ``columns`` (k,) that can be non-zero in them, and their filtered ``values`` (M, k)."""
+    """The rows of one joint: ``columns`` (k,) that can be non-zero in them, their filtered values ``plain`` (M, k), and the
+    ``weight`` (M,) of each row, None for one."""
 
     columns: NDArray[np.intp]
-    values: Array
+    plain: Array
+    weight: Array | None = None
+
+    @property
+    def values(self) -> Array:
+        """The weighted values (M, k)."""
+        return self.some(slice(None))
+
+    def some(self, rows: slice | NDArray[np.intp]) -> Array:
+        """The weighted values (K, k) of some rows."""
+        return self.plain[rows] if self.weight is None else self.plain[rows] * self.weight[rows, None]
+
+    def weighted(self, weight: Array) -> JointRows:
+        """The same rows, each multiplied by ``weight`` (M,); the values themselves are not copied."""
+        return replace(self, weight=weight if self.weight is None else self.weight * weight)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,14 +75,22 @@ class Regressor:
     @property
     def Y(self) -> Array:
         """The dense regressor (M, n, p)."""
-        Y = np.zeros((len(self.time), len(self.joints), len(self.columns)))
-        for j, rows in enumerate(self.joints):
-            Y[:, j, rows.columns] = rows.values
+        return self.dense(slice(0, len(self.time)))
+
+    def dense(self, rows: slice | NDArray[np.intp]) -> Array:
+        """Some rows of the dense regressor (K, n, p)."""
+        Y = np.zeros((len(self.time[rows]), len(self.joints), len(self.columns)))
+        for j, joint in enumerate(self.joints):
+            Y[:, j, joint.columns] = joint.some(rows)
         return Y
 
     def predict(self, theta: Array) -> Array:
         """Filtered torque (M, n) [N m|N] of parameters (p,)."""
-        return np.column_stack([rows.values @ theta[rows.columns] for rows in self.joints])
+        torque = empty((len(self.time), len(self.joints)))
+        for some in blocks(len(torque)):
+            for j, rows in enumerate(self.joints):
+                torque[some, j] = rows.some(some) @ theta[rows.columns]
+        return torque
 
     def compressed(self, weights: Array) -> tuple[Array, Array, float]:
         """R (p, p), z (p,) and rest with |W (Y theta - torque)|^2 = |R theta - z|^2 + rest for every theta.
@@ -95,6 +119,10 @@ class Regressor:
             rows[np.arange(len(held)), held] = np.sqrt(self.prior[held]) * weights[joints]
         return rows
 
+    def in_memory(self) -> Regressor:
+        """The same with its weighted values computed once, for what asks for them again and again."""
+        return replace(self, joints=tuple(JointRows(rows.columns, rows.values) for rows in self.joints))
+
     def joint_sizes(self, theta: Array) -> Array:
         """Norm (n,) [N m|N] of each joint's residual at parameters (p,), from the QR factors alone."""
         pairs = zip(self.joints, self._joint_factors, strict=True)
@@ -104,10 +132,10 @@ class Regressor:
         """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order."""
         joints = []
         for rows, new_rows in zip(self.joints, other.joints, strict=True):
-            values = rows.values.copy()
+            values, fresh = copied(rows.values), new_rows.values
             position = {int(c): k for k, c in enumerate(rows.columns)}
             for k, c in enumerate(new_rows.columns):
-                values[:, position[int(places[c])]] = new_rows.values[:, k]
+                values[:, position[int(places[c])]] = fresh[:, k]
             joints.append(JointRows(rows.columns, values))
         return replace(self, joints=tuple(joints))
 
@@ -115,7 +143,7 @@ class Regressor:
     def _joint_factors(self) -> list[Array]:
         """The R factor of each joint's rows with the torque as last column: weights scale it, they do not change it."""
         return [
-            np.asarray(np.linalg.qr(np.column_stack([rows.values, tau]), mode="r"))
+            triangle(np.column_stack([rows.some(some), tau[some]]) for some in blocks(len(tau)))
             for rows, tau in zip(self.joints, self.torque.T, strict=True)
         ]
 
@@ -156,10 +184,12 @@ def build_regressor(
         raise InputError(
             f"{names}: no rows are left after the filter in the moving part; expected joints that move for seconds"
         )
-    values = [np.empty((len(joint_columns), total)) for joint_columns in structure.columns]
-    torque, time = np.empty((total, robot.n)), np.empty(total)
+    counts = [len(joint_columns) for joint_columns in structure.columns]
+    together = empty((sum(counts), total), shared=any(is_shared(one.v) for one in signals))
+    values = np.split(together, np.cumsum(counts)[:-1])
+    torque, time = empty((total, robot.n)), empty(total)
     counted = np.ones((total, robot.n), dtype=bool)
-    recording, segment = np.empty(total, dtype=np.intp), np.empty(total, dtype=np.intp)
+    recording, segment = empty(total, np.intp), empty(total, np.intp)
     first = segments = 0
     for index, (one, recording_pieces) in enumerate(zip(signals, pieces, strict=True)):
         for piece in recording_pieces:
@@ -173,9 +203,10 @@ def build_regressor(
             structure.fill(values, first, part, piece.rows, filter)
             counted[rows] = structure.counted(part, piece.rows, filter)
             first, segments = rows.stop, segments + 1
-    for j in range(robot.n):  # a row that is not counted is zero on both sides
-        values[j][:, ~counted[:, j]] = 0.0
-    torque[~counted] = 0.0
+    if not counted.all():  # a row that is not counted is zero on both sides
+        for j in range(robot.n):
+            values[j][:, ~counted[:, j]] = 0.0
+        torque[~counted] = 0.0
     return Regressor(
         columns=columns,
         joints=tuple(JointRows(joint_columns, v.T) for joint_columns, v in zip(structure.columns, values, strict=True)),

@@ -29,6 +29,7 @@ from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, sh
 from physident.estimation.sizing import unsized_parameters
 from physident.estimation.weighting import information_in, weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
+from physident.large_arrays import magnitude
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
@@ -265,7 +266,7 @@ def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:
 
 def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> None:
     """The friction and rotor inertia of a joint that never moves cannot be identified: their columns are zero."""
-    speed = np.max([np.abs(one.v).max(axis=0) for one in signals], axis=0)
+    speed = np.max([magnitude(one.v) for one in signals], axis=0)
     rest = Model.nominal(robot).refer(Signals.of_states(*np.zeros((3, 1, robot.n))))
     for j in np.flatnonzero(speed < MOVING_SPEED):
         hidden = []

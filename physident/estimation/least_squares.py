@@ -13,6 +13,7 @@ from physident.errors import NotSolvedError
 from physident.estimation.uncertainty import RANK_TOLERANCE, correlation_rows, jackknife
 from physident.estimation.weighting import compress, expand, joint_sigma, noise_floor, weight_rows, whiten
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
 MAX_ITERATIONS = 500  # a model that lacks most of the torque, as one without friction, takes more than 80
@@ -86,8 +87,9 @@ def finish(
     if influence is None:
         influence = white.torque - white.predict(theta)
     gradient = sum(
-        np.bincount(rows.columns, rows.values.T @ psi, len(base.columns))
+        np.bincount(rows.columns, rows.some(some).T @ psi[some], len(base.columns))
         for rows, psi in zip(white.joints, influence.T, strict=True)
+        for some in blocks(len(psi))
     )
     if white.prior is not None:
         gradient = gradient - white.prior * theta

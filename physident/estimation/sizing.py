@@ -6,6 +6,7 @@ import numpy as np
 
 from physident.dynamics.regressor import Regressor
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks
 
 UNSIZED = 10.0  # times the measured torque: physical contributions to a joint's torque cancel one another far less
 
@@ -21,7 +22,8 @@ def unsized_parameters(regressor: Regressor, base: BaseParameters, theta: np.nda
     found: set[int] = set()
     for joint, rows in enumerate(regressor.joints):
         limit = UNSIZED * float(np.linalg.norm(regressor.torque[:, joint]))
-        torques = np.linalg.norm(rows.values, axis=0)
+        squares = sum((rows.some(some) ** 2).sum(axis=0) for some in blocks(len(regressor.time)))
+        torques = np.sqrt(squares)
         for column, torque in zip(rows.columns, torques, strict=True):
             if column in place and limit > 0 and torque * sizes[place[column]] > limit:
                 found.add(int(column))

@@ -19,12 +19,14 @@ from physident.dynamics.regressor import Regressor
 from physident.errors import warn
 from physident.estimation.weighting import base_rows
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
 BLOCK_PERIODS = 10  # a block lasts this many correlation times, where the data are long enough
 FEWEST_BLOCKS = 8  # below, Student's t is wider than any interval worth printing
 SHORTEST_PERIODS = 2  # correlation times in a block, below which blocks are not independent
 RANK_TOLERANCE = 1e-8  # of the largest singular value, columns scaled to unit length
+ROWS = 1 << 13  # of the dense regressor at once
 LEVERAGE_FLOOR = 1e-6  # smallest share of a direction's information in the other blocks
 
 
@@ -69,20 +71,26 @@ def jackknife(
     None for one; ``correlation`` the residuals' integrated autocorrelation time in rows; ``information`` (r, r) the
     curvature of data and prior together, None for the data alone. Directions without curvature have no deviation.
     """
-    A = base_rows(regressor, base)
-    curved = A if curvature is None else A * np.sqrt(curvature)[:, :, None]
-    H = np.einsum("mjr,mjs->rs", curved, curved, optimize=True) if information is None else information
+
+    def curved(rows: slice | NDArray[np.intp], A: Array) -> Array:
+        return A if curvature is None else A * np.sqrt(curvature[rows])[:, :, None]
+
+    H = np.zeros((base.r, base.r)) if information is None else information
     if information is None and regressor.prior is not None:
         H = H + np.diag(regressor.prior[base.independent])
+    for some in blocks(len(regressor.time), ROWS) if information is None else ():
+        A = curved(some, base_rows(regressor, base, some))
+        H = H + np.einsum("mjr,mjs->rs", A, A, optimize=True)
     scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
     values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # root root^T is the inverse information
     deviations, pushes = [], []
     for block in _rows_of_blocks(regressor, correlation):
-        rows = curved[block].reshape(-1, base.r)
+        A = base_rows(regressor, base, block)
+        rows = curved(block, A).reshape(-1, base.r)
         Z = rows @ root
-        score = np.einsum("mjr,mj->r", A[block], influence[block])
+        score = np.einsum("mjr,mj->r", A, influence[block])
         share, directions = np.linalg.eigh(np.eye(Z.shape[1]) - Z.T @ Z)
         deviations.append(root @ ((directions / np.maximum(share, LEVERAGE_FLOOR)) @ (directions.T @ (score @ root))))
         pushes.append(score + rows.T @ (rows @ deviations[-1]))

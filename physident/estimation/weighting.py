@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
+ROWS = 1 << 13  # looked at at once
 SMALLEST = 1e-12  # N m|N: the residual of exact data
 RESOLUTION = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
 
@@ -32,9 +34,7 @@ def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
     prior = _scaled_prior(regressor, weights.max(axis=0))
-    joints = tuple(
-        replace(rows, values=rows.values * w[:, None]) for rows, w in zip(regressor.joints, weights.T, strict=True)
-    )
+    joints = tuple(rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True))
     return replace(regressor, joints=joints, torque=regressor.torque * weights, prior=prior)
 
 
@@ -65,9 +65,14 @@ def information_in(regressor: Regressor, base: BaseParameters, sigma: Array, wor
     place = np.full(len(regressor.columns), -1)
     place[base.independent] = np.arange(base.r)
     for rows, size, samples in zip(regressor.joints, sigma, worth, strict=True):
-        chosen = place[rows.columns] >= 0
-        Y = rows.values[:, chosen] / max(float(size), SMALLEST)
-        information[np.ix_(place[rows.columns[chosen]], place[rows.columns[chosen]])] += samples / len(Y) * (Y.T @ Y)
+        chosen, total = place[rows.columns] >= 0, len(regressor.time)
+        at = np.ix_(place[rows.columns[chosen]], place[rows.columns[chosen]])
+        for some in blocks(total, ROWS):
+            Y = rows.some(some)[:, chosen] / max(float(size), SMALLEST)
+            information[at] += samples / total * (Y.T @ Y)
+    if regressor.prior is not None:
+        noise = np.maximum(sigma[[column.joint - 1 for column in regressor.columns]], SMALLEST)
+        information += np.diag((regressor.prior / noise**2)[base.independent])
     return information
 
 
@@ -82,9 +87,9 @@ def compress(regressor: Regressor, base: BaseParameters, weights: Array | None =
     return Compressed(factor[:r, :r], factor[:r, r], rest + float(factor[r, r] ** 2), int(regressor.counted.sum()))
 
 
-def base_rows(regressor: Regressor, base: BaseParameters) -> Array:
-    """The columns (M, n, r) of the base parameters."""
-    return regressor.Y[:, :, base.independent]
+def base_rows(regressor: Regressor, base: BaseParameters, rows: slice | NDArray[np.intp]) -> Array:
+    """The columns (K, n, r) of the base parameters, in some rows."""
+    return regressor.dense(rows)[:, :, base.independent]
 
 
 def expand(base: BaseParameters, values: Array) -> Array:

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from physident.errors import InputError
+from physident.large_arrays import extent
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 
 MIN_TRAVEL = 0.05  # rad or m: over a smaller range, a coarsely quantised torque may be constant
 MAX_RATIO = 10.0  # to the robot's effort limit: real torques are below one, a wrong unit prefix gives a thousand
+SHOWN = 1_000_000  # rows at least that a percentile is of
 PERCENTILE = 99.0  # of the torque, so that single spikes do not count
 
 
@@ -36,7 +38,7 @@ def check_effort(recordings: Sequence[Recording], robot: Robot) -> None:
 
 def refuse_constant(recording: Recording) -> None:
     """Raises InputError for an effort that is exactly the same in every row while its joint moves."""
-    travel, variation = np.ptp(recording.q, axis=0), np.ptp(recording.effort, axis=0)
+    travel, variation = extent(recording.q), extent(recording.effort)
     for j in np.flatnonzero((variation == 0) & (travel > MIN_TRAVEL)):
         unit = "A" if recording.effort_kind == "current" else "N m"
         raise InputError(
@@ -47,7 +49,8 @@ def refuse_constant(recording: Recording) -> None:
 
 
 def _refuse_other_unit(recording: Recording, robot: Robot) -> None:
-    high = np.percentile(np.abs(recording.torque), PERCENTILE, axis=0)
+    some = recording.torque[:: max(1, len(recording.time) // SHOWN)]
+    high = np.percentile(np.abs(some), PERCENTILE, axis=0)
     ratio = high / robot.torque_limit  # zero where the robot states no limit
     j = int(np.argmax(ratio))
     if ratio[j] > MAX_RATIO:

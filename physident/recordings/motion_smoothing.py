@@ -14,6 +14,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.large_arrays import blocks
+
 Array = NDArray[np.float64]
 BAND = 5  # off-diagonals of the normal matrix of three states a sample, each coupled to the next sample's
 SHOWN = 600  # samples from which the variances are estimated: their relative error is then five per cent
@@ -25,6 +27,10 @@ MEMORY = (
     100  # samples over which positions are averaged at most: beyond, rounding decides, and a joint at rest has no limit
 )
 EXACT = 1e-9  # of the largest value: no position or velocity is known better
+PIECE = 1 << 17  # samples solved for at once
+OVERLAP = (
+    64 * MEMORY
+)  # samples on either side of a piece: the smoother forgets by a factor of e in two memories at most, so 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,16 +65,42 @@ class SmoothedMotion:
 def smooth_motion(q: Array, dq: Array | None, rate: float, noise: MotionNoise) -> SmoothedMotion:
     """The most likely motion of one joint from positions (N,) and, where measured, velocities (N,) at ``rate`` [Hz]; without
     velocities at least four positions determine it."""
+    parts = [smooth_piece(q, dq, rate, noise, piece) for piece in pieces_of(len(q))]
+    q, v, a = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return SmoothedMotion(q=q, v=v, a=a, v_std=velocity_std(rate, noise), noise=noise)
+
+
+def pieces_of(samples: int) -> list[slice]:
+    """The pieces in which ``samples`` of a motion are solved for."""
+    return list(blocks(samples, PIECE))
+
+
+def smooth_piece(
+    q: Array, dq: Array | None, rate: float, noise: MotionNoise, piece: slice
+) -> tuple[Array, Array, Array]:
+    """The most likely position, velocity and acceleration (K,) of a piece of a motion; arguments as for ``smooth_motion``.
+
+    The measurements ``OVERLAP`` samples around the piece count as well: those beyond change nothing.
+    """
+    around = slice(max(0, piece.start - OVERLAP), min(len(q), piece.stop + OVERLAP))
+    q, dq = q[around], None if dq is None else dq[around]
     states, _ = _solve(q, dq, rate, noise.jerk, *_variances(noise, _rough_motion(q, rate)))
-    return SmoothedMotion(
-        q=states[:, 0], v=states[:, 1] * rate, a=states[:, 2] * rate**2, v_std=_velocity_std(rate, noise), noise=noise
-    )
+    states = states[piece.start - around.start : piece.stop - around.start]
+    return states[:, 0], states[:, 1] * rate, states[:, 2] * rate**2
 
 
 def encoder_step(q: Array) -> float:
-    """The smallest difference [rad|m] between two of the positions (N,) that were recorded: the encoder's step, if it has one."""
-    gaps = np.diff(np.unique(q))
-    return float(gaps.min()) if len(gaps) else 0.0
+    """The smallest difference [rad|m] between two of the positions (N,) that were recorded: the encoder's step, if it has one.
+
+    Positions nearer than ``EXACT`` have no step: which two of them are nearest is then not looked for any further.
+    """
+    levels, smallest = np.zeros(0), np.inf
+    for rows in blocks(len(q)):
+        levels = np.unique(np.concatenate([levels, q[rows]]))
+        smallest = float(np.diff(levels).min(initial=np.inf))
+        if smallest < EXACT:
+            break
+    return smallest if np.isfinite(smallest) else 0.0
 
 
 def estimate_noise(q: Array, dq: Array | None, rate: float, encoder_step: float) -> MotionNoise:
@@ -228,7 +260,7 @@ def _motion_bands(N: int) -> Array:
 _few_bands = lru_cache(maxsize=4)(_motion_bands)  # the noise is searched for with a hundred factors of one length
 
 
-def _velocity_std(rate: float, noise: MotionNoise) -> float:
+def velocity_std(rate: float, noise: MotionNoise) -> float:
     """Standard deviation [rad/s|m/s] of the smoothed velocity far from both ends of a recording of a slow motion."""
     from scipy.linalg.lapack import dpbtrs  # pyright: ignore[reportAttributeAccessIssue]
 
@@ -245,6 +277,14 @@ def _liveliest(q: Array, length: int) -> slice:
     """The samples (at most ``length``) in which the position changes most."""
     if len(q) <= length:
         return slice(0, len(q))
-    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))])
-    start = int(np.argmax(travelled[length - 1 :] - travelled[: len(q) - length + 1]))
+    start, most, before = 0, -1.0, np.zeros(1)
+    for rows in blocks(len(q) - 1):
+        # the sums are those over the whole motion: a piece goes on where the one before ended
+        steps = np.abs(np.diff(q[rows.start : rows.stop + 1]))
+        travelled = np.concatenate([before, np.cumsum(np.concatenate([before[-1:], steps]))[1:]])
+        change = travelled[length - 1 :] - travelled[: max(0, len(travelled) - length + 1)]
+        if len(change) and change.max() > most:
+            most = float(change.max())
+            start = rows.stop + 1 - len(travelled) + int(np.argmax(change))
+        before = travelled[max(0, len(travelled) - length + 1) :]
     return slice(start, start + length)

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.recordings.motion_smoothing import SmoothedMotion, encoder_step, estimate_noise, smooth_motion
+from physident.large_arrays import blocks, empty, is_shared, joined_rows, release
+from physident.processes import each
+from physident.recordings.motion_smoothing import encoder_step, estimate_noise, pieces_of, smooth_piece, velocity_std
 from physident.recordings.recording import Recording
 from physident.recordings.rests import Rests, find_rests
 from physident.recordings.rows import position_jumps, typical_step
@@ -44,7 +46,9 @@ def _prepared(recording: Recording, filter: Filter, uniform: Callable[..., Signa
         time = recording.time[rows]
         count = int((time[-1] - time[0]) * rate + 1e-6) + 1
         if filter.kept(count, rate):
-            clock = time[0] + np.arange(count) / rate
+            clock = empty(count)
+            for some in blocks(count):
+                clock[some] = time[0] + np.arange(some.start, some.stop) / rate
             parts.append(uniform(recording, rows, clock, rate, filter))
     if not parts:
         need = len(filter.taps(rate)) / rate
@@ -57,16 +61,24 @@ def _prepared(recording: Recording, filter: Filter, uniform: Callable[..., Signa
 
 def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
     """One contiguous part of a recording on a uniform clock, with the motion that its positions and velocities make most likely."""
-    q, torque, temperature, dq = _resampled(recording, rows, clock)
-    motions = [
-        _smoothed(q[:, j], None if dq is None else dq[:, j], rate, encoder_step(recording.q[:, j]))
-        for j in range(q.shape[1])
+    measured, torque, temperature, dq = _resampled(recording, rows, clock)
+    speeds = [None] * recording.n if dq is None else list(dq.T)
+    noise = [
+        estimate_noise(q, speed, rate, encoder_step(recorded))
+        for q, speed, recorded in zip(measured.T, speeds, recording.q.T, strict=True)
     ]
-    q, v, a = (np.column_stack(columns) for columns in zip(*((m.q, m.v, m.a) for m in motions), strict=True))
+    q, v, a = (empty(measured.shape) for _ in range(3))
+
+    def smooth(piece: slice) -> None:
+        for j, speed in enumerate(speeds):
+            q[piece, j], v[piece, j], a[piece, j] = smooth_piece(measured[:, j], speed, rate, noise[j], piece)
+        release()
+
+    each(smooth, pieces_of(len(clock)), shared=is_shared(q))
     return Signals(
         clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff,
-        velocity_std=np.array([m.v_std for m in motions]),
-        rests=tuple(find_rests(m.q, m.v, m.noise.position_range) for m in motions),
+        velocity_std=np.array([velocity_std(rate, one) for one in noise]),
+        rests=tuple(find_rests(q[:, j], v[:, j], one.position_range) for j, one in enumerate(noise)),
     )  # fmt: skip
 
 
@@ -82,14 +94,21 @@ def _resampled(recording: Recording, rows: slice, clock: Array) -> tuple[Array, 
     time = recording.time[rows]
 
     def at(values: Array) -> Array:
-        return np.column_stack([np.interp(clock, time, column) for column in values[rows].T])
+        result = empty((len(clock), values.shape[1]))
+
+        def fill(some: slice) -> None:
+            wanted = clock[some]
+            first = max(0, int(np.searchsorted(time, wanted[0], side="right")) - 1)
+            near = slice(first, int(np.searchsorted(time, wanted[-1], side="left")) + 1)
+            for j, column in enumerate(values[rows][near].T):
+                result[some, j] = np.interp(wanted, time[near], column)
+            release()
+
+        each(fill, list(blocks(len(clock))), shared=is_shared(result))
+        return result
 
     temperature = None if recording.temperature is None else at(recording.temperature)
     return at(recording.q), at(recording.torque), temperature, None if recording.dq is None else at(recording.dq)
-
-
-def _smoothed(q: Array, dq: Array | None, rate: float, step: float) -> SmoothedMotion:
-    return smooth_motion(q, dq, rate, estimate_noise(q, dq, rate, step))
 
 
 def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Signals:
@@ -97,12 +116,12 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
 
     def joined(name: str) -> Array | None:
         arrays = [getattr(part, name) for part in parts]
-        return None if arrays[0] is None else np.concatenate(arrays)
+        return None if arrays[0] is None else joined_rows(arrays)
 
     stds = [part.velocity_std for part in parts if part.velocity_std is not None]
     rests = [part.rests for part in parts if part.rests is not None]
     lengths = [len(part.time) for part in parts]
-    time, q, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
+    time, q, v, a = (joined_rows([getattr(part, name) for part in parts]) for name in ("time", "q", "v", "a"))
     starts = tuple(int(s) for s in np.cumsum([0, *(len(part.time) for part in parts[:-1])]))
     return Signals(
         time,
@@ -125,8 +144,13 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
 def _contiguous(recording: Recording, step: float, filter: Filter) -> Sequence[slice]:
     """Slices of rows without a gap in time longer than a quarter of the cutoff's period, or a jump of position."""
     longest = max(5 * step, 0.25 / filter.cutoff)
-    gaps = np.flatnonzero(np.diff(recording.time) > longest) + 1
-    edges = sorted({0, *gaps.tolist(), *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
+    time = recording.time
+    gaps = [
+        rows.start + 1 + int(i)
+        for rows in blocks(len(time) - 1)
+        for i in np.flatnonzero(np.diff(time[rows.start : rows.stop + 1]) > longest)
+    ]
+    edges = sorted({0, *gaps, *position_jumps(recording.time, recording.q).tolist(), len(recording.time)})
     return [slice(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from physident.errors import InputError, warn
-from physident.recordings.channels import BadRow, Channels, EffortKind, numbers, read_only
+from physident.large_arrays import blocks, is_finite, is_increasing, scaled
+from physident.recordings.channels import BadRow, Channels, EffortKind, check_gains, numbers, read_only
 from physident.recordings.columns.joint_names import joint_order
 from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.columns.reading import Reading
@@ -76,8 +76,8 @@ class Recording:
             raise InputError(
                 f"{self.source}: {len(self.joint_names)} joint names, expected {self.n}, one for each joint"
             )
-        if not (np.diff(self.time) > 0).all() or not all(
-            np.isfinite(value).all() for name in ARRAYS if (value := getattr(self, name)) is not None
+        if not is_increasing(self.time) or not all(
+            is_finite(value) for name in ARRAYS if (value := getattr(self, name)) is not None
         ):
             raise InputError(
                 f"{self.source}: a value is not finite, or the time does not increase; expected good rows only:"
@@ -194,14 +194,18 @@ class Recording:
                 f"{self.source}: has motor currents [A] but no drive gains; give one for each joint [N m/A]:"
                 ' drive_gains=(...) or --drive-gains "10.7 10.7 10.7 10.2 10.2 10.2"'
             )
-        return self.effort * np.array(self.drive_gains)
+        return scaled(self.effort, np.array(self.drive_gains))
 
     @cached_property
     def sha256(self) -> str:
         """Hash of the parsed arrays: the same data under another name or format hash the same."""
         digest = hashlib.sha256()
         for value in (self.time, self.q, self.dq, self.effort):
-            digest.update(b"none" if value is None else np.ascontiguousarray(value, dtype="<f8").tobytes())
+            if value is None:
+                digest.update(b"none")
+                continue
+            for rows in blocks(len(value)):
+                digest.update(np.ascontiguousarray(value[rows], dtype="<f8").data)
         return digest.hexdigest()
 
     def with_drive_gains(self, gains: Sequence[float]) -> Recording:
@@ -216,6 +220,11 @@ class Recording:
         if not self.effort_stated:
             warn(f"{self.source}: its effort is taken as motor currents [A], because the model has drive gains")
         return self.with_drive_gains(gains)
+
+    def part(self, rows: slice) -> Recording:
+        """Some rows of the recording, as one that lists no bad rows."""
+        arrays = {name: None if (value := getattr(self, name)) is None else value[rows] for name in ARRAYS}
+        return replace(self, rejected=(), **arrays)
 
     def in_order_of(self, joints: Sequence[str]) -> Recording:
         """The recording of these joints alone, in their order; as it is where its joints have no names.
@@ -253,10 +262,7 @@ class Recording:
         return text + (f", {len(self.rejected)} bad rows left out" if self.rejected else "")
 
     def _repr_html_(self) -> str:
-        names = self.joint_names or [str(j) for j in range(1, self.n + 1)]
-        speed = self.dq if self.dq is not None else np.gradient(self.q, self.time, axis=0)
-        unit = "torque [N m]" if self.effort_kind == "torque" else "current [A]"
-        return recording_html(repr(self), names, self.q, speed, self.effort, unit)
+        return recording_html(self)
 
 
 def recording_from_rows(
@@ -286,11 +292,3 @@ def recording_from_rows(
 def recording_count(count: int) -> str:
     """A number of recordings in words: "1 recording", "2 recordings"."""
     return "1 recording" if count == 1 else f"{count} recordings"
-
-
-def check_gains(gains: Sequence[float], n: int, source: str) -> None:
-    """Raises InputError unless drive gains [N m/A] are ``n`` finite numbers other than zero."""
-    if len(gains) != n:
-        raise InputError(f"{source}: {len(gains)} drive gains, expected {n}, one for each joint [N m/A]")
-    if not all(isinstance(g, int | float) and math.isfinite(g) and g != 0 for g in gains):
-        raise InputError(f"{source}: drive gains are {list(gains)}, expected finite numbers other than zero [N m/A]")

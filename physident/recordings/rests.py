@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.large_arrays import blocks
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 FEWEST = 3  # samples of a rest: two equal positions are a slow crossing as well
@@ -67,14 +69,28 @@ def find_rests(q: Array, v: Array, position_range: float) -> Rests:
 
     ``position_range`` [rad|m] is that of the errors of positions; ``v`` (N,) are velocities [rad/s|m/s].
     """
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
     half = FEWEST // 2
-    still = (maximum_filter1d(q, FEWEST) - minimum_filter1d(q, FEWEST))[half : len(q) - half] <= position_range
-    centre = np.flatnonzero(still) + half
-    breaks = np.flatnonzero(np.diff(centre) > 1)
-    first, last = (centre[np.r_[0, breaks + 1]], centre[np.r_[breaks, -1]]) if len(centre) else (centre, centre)
+    found = [_still(q, rows, position_range) for rows in blocks(len(q))]
+    first, last = np.concatenate([one[0] for one in found]), np.concatenate([one[1] for one in found])
+    apart = first[1:] - last[:-1] > 1  # a rest goes on across the seam of two blocks
+    first, last = first[np.r_[True, apart]] if len(first) else first, last[np.r_[apart, True]] if len(last) else last
     start, stop = first - half, last + half + 1
     before = np.where(start > 0, v[np.maximum(start - 1, 0)], np.nan)
     after = np.where(stop < len(q), v[np.minimum(stop, len(q) - 1)], np.nan)
     return Rests(start=start, stop=stop, before=before, after=after)
+
+
+def _still(q: Array, rows: slice, position_range: float) -> tuple[Index, Index]:
+    """First and last (K,) middle of three samples, in each run of middles among some rows, that stay within a range."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    half = FEWEST // 2
+    around = slice(max(0, rows.start - half), min(len(q), rows.stop + half))
+    some = q[around]
+    still = (maximum_filter1d(some, FEWEST) - minimum_filter1d(some, FEWEST)) <= position_range
+    inside = slice(max(rows.start, half) - around.start, min(rows.stop, len(q) - half) - around.start)
+    centre = np.flatnonzero(still[inside]) + inside.start + around.start
+    if not len(centre):
+        return centre, centre
+    breaks = np.flatnonzero(np.diff(centre) > 1)
+    return centre[np.r_[0, breaks + 1]], centre[np.r_[breaks, -1]]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.large_arrays import blocks, empty, is_increasing, median
 from physident.recordings.channels import BadRow, Channels
 
 Array = NDArray[np.float64]
@@ -24,6 +26,14 @@ MOST_ADDED = (
     4.0  # samples for each row: a log that lost three of four rows still has the rate of the rows that are left
 )
 MIN_RUN = 10  # rows: a shorter run between two impossible steps is a burst of bad rows
+SHOWN = 1_000_000  # rows from which a mistake is put into words
+REASONS = (
+    "",
+    *(f"absurd {name} (above {limit:g} {UNITS[name]})" for name, limit in ABSURD.items()),
+    "a value is missing or not finite",
+    "the clock stands or runs backwards",
+    f"between two jumps of position (above {MAX_SPEED:g} rad/s)",
+)
 
 
 def good_rows(
@@ -37,26 +47,32 @@ def good_rows(
     half the rows bad.
     """
     time = channels.time
-    rows = np.arange(1, len(time) + 1) if rows is None else rows
     _refuse_degrees(channels.q, source)
     reasons = _reasons(channels)
-    keep = reasons == ""
-    bad = [*rejected, *(BadRow(int(r), str(why)) for r, why in zip(rows[~keep], reasons[~keep], strict=True))]
+    left_out = np.flatnonzero(reasons)
+    numbers = left_out + 1 if rows is None else rows[left_out]
+    bad = [*rejected, *(BadRow(int(r), REASONS[why]) for r, why in zip(numbers, reasons[left_out], strict=True))]
     bad.sort(key=lambda row: row.row)
     if len(bad) > (total := len(time) + len(rejected)) / 2:
         raise InputError(
             f"{source}: {len(bad)} of {total} rows are bad (row {bad[0].row}: {bad[0].reason}); expected under half: check the"
             " columns and units"
         )
-    _check_clock(time[keep], source)
+    count = len(time) - len(left_out)
 
     def kept(values: Array) -> Array:
-        good = np.array(values[keep], dtype=float)
+        good, at = empty((count, *values.shape[1:])), 0
+        for block in blocks(len(values)):
+            some = values[block][reasons[block] == 0]
+            good[at : at + len(some)] = some
+            at += len(some)
         good.setflags(write=False)
         return good
 
+    clock = kept(time)
+    _check_clock(clock, source)
     kept_channels = Channels(
-        time=kept(time),
+        time=clock,
         q=kept(channels.q),
         effort=kept(channels.effort),
         effort_kind=channels.effort_kind,
@@ -72,39 +88,62 @@ def typical_step(time: Array) -> float:
     Several loggers in one file write bursts, with rows microseconds apart. Where the median step would put more than
     ``MOST_ADDED`` samples in the place of one row, it is that of the bursts, so the mean of all steps that are no gap counts.
     """
-    steps = np.diff(time)
-    median = float(np.median(steps))
-    connected = steps[steps <= max(MAX_STEP, 5 * median)]
-    return median if connected.mean() <= MOST_ADDED * median else float(connected.mean())
+
+    def steps() -> Iterator[Array]:
+        return (np.diff(time[rows.start : rows.stop + 1]) for rows in blocks(len(time) - 1))
+
+    middle = median(steps)
+    longest, total, count = max(MAX_STEP, 5 * middle), 0.0, 0
+    for some in steps():
+        connected = some[some <= longest]
+        total, count = total + float(connected.sum()), count + len(connected)
+    mean = total / count if count else float("nan")
+    return middle if mean <= MOST_ADDED * middle else mean
 
 
-def _reasons(channels: Channels) -> NDArray[np.object_]:
-    """Why each row (N,) is left out; an empty text for a good row."""
+def _reasons(channels: Channels) -> NDArray[np.int8]:
+    """Why each row (N,) is left out: the place of the reason in ``REASONS``, 0 for a good row."""
     time, q = channels.time, channels.q
-    reasons = np.full(len(time), "", dtype=object)
-    finite = np.isfinite(time)
-    values_by_name = {"position": q, "velocity": channels.dq, "effort": channels.effort}
-    for name, values in (values_by_name | {"temperature": channels.temperature}).items():
+    reasons = empty(len(time), np.int8)
+    for rows in blocks(len(time)):
+        reasons[rows] = _of_each_row(channels, rows)
+    every = not reasons.any()
+    good = slice(None) if every else np.flatnonzero(reasons == 0)
+    if len(backwards := _not_increasing(time[good])):
+        reasons[backwards if isinstance(good, slice) else good[backwards]] = len(REASONS) - 2
+        good = np.flatnonzero(reasons == 0)
+    if len(bursts := _bursts(time[good], q[good])):
+        reasons[bursts if isinstance(good, slice) else good[bursts]] = len(REASONS) - 1
+    return reasons
+
+
+def _of_each_row(channels: Channels, rows: slice) -> NDArray[np.int8]:
+    """The reasons that a row's own values give, of some rows."""
+    finite = np.isfinite(channels.time[rows])
+    reasons = np.zeros(len(finite), dtype=np.int8)
+    given = (channels.q, channels.dq, channels.effort, channels.temperature)
+    for place, (limit, values) in enumerate(zip(ABSURD.values(), given, strict=True), start=1):
         if values is not None:
-            finite &= np.isfinite(values).all(axis=1)
+            finite &= np.isfinite(values[rows]).all(axis=1)
             with np.errstate(invalid="ignore"):
-                too_large = (np.abs(values) > ABSURD[name]).any(axis=1)
-            reasons[too_large] = f"absurd {name} (above {ABSURD[name]:g} {UNITS[name]})"
-    reasons[~finite] = "a value is missing or not finite"
-    good = np.flatnonzero(reasons == "")
-    reasons[good[_not_increasing(time[good])]] = "the clock stands or runs backwards"
-    good = np.flatnonzero(reasons == "")
-    reasons[good[_bursts(time[good], q[good])]] = f"between two jumps of position (above {MAX_SPEED:g} rad/s)"
+                reasons[(np.abs(values[rows]) > limit).any(axis=1)] = place
+    reasons[~finite] = len(ABSURD) + 1
     return reasons
 
 
 def _refuse_degrees(q: Array, source: str) -> None:
-    with np.errstate(invalid="ignore"):
-        wide = np.abs(q)
-        wide = wide[(wide < MAX_DEGREES).all(axis=1)]
-    if len(wide) and np.mean((wide > MAX_POSITION).any(axis=1)) > 0.05:
-        joint = int(np.argmax(np.median(wide, axis=0))) + 1
-        value = np.median(wide[:, joint - 1])
+    far = total = 0
+    for rows in blocks(len(q)):
+        with np.errstate(invalid="ignore"):
+            wide = np.abs(q[rows])
+            wide = wide[(wide < MAX_DEGREES).all(axis=1)]
+        far, total = far + int((wide > MAX_POSITION).any(axis=1).sum()), total + len(wide)
+    if far > 0.05 * total:
+        some = np.abs(q[:: max(1, len(q) // SHOWN)])  # enough to name the joint
+        with np.errstate(invalid="ignore"):
+            some = some[(some < MAX_DEGREES).all(axis=1)]
+        joint = int(np.argmax(np.median(some, axis=0))) + 1
+        value = np.median(some[:, joint - 1])
         raise InputError(
             f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians of the joints: convert degrees, or divide the positions of motors by their gear ratios"
         )
@@ -125,7 +164,7 @@ def _check_clock(time: Array, source: str) -> None:
 
 def _not_increasing(time: Array) -> NDArray[np.intp]:
     """Indices outside the longest strictly increasing subsequence: the fewest rows whose removal repairs the clock."""
-    if len(time) < 2 or (np.diff(time) > 0).all():
+    if len(time) < 2 or is_increasing(time):
         return np.empty(0, dtype=np.intp)
     tails: list[float] = []
     ends: list[int] = []
@@ -146,9 +185,13 @@ def position_jumps(time: Array, q: Array) -> NDArray[np.intp]:
     """Rows k (sorted) where the step of position from row k-1 is faster than any arm can move."""
     if len(time) < 2:
         return np.empty(0, dtype=np.intp)
-    step = np.diff(time)
-    allowed = MAX_SPEED * np.maximum(step, typical_step(time))
-    return np.flatnonzero((np.abs(np.diff(q, axis=0)) > allowed[:, None]).any(axis=1)) + 1
+    typical, found = typical_step(time), []
+    for rows in blocks(len(time) - 1):
+        some = slice(rows.start, rows.stop + 1)
+        allowed = MAX_SPEED * np.maximum(np.diff(time[some]), typical)
+        far = (np.abs(np.diff(q[some], axis=0)) > allowed[:, None]).any(axis=1)
+        found.append(np.flatnonzero(far) + rows.start + 1)
+    return np.concatenate(found)
 
 
 def _bursts(time: Array, q: Array) -> NDArray[np.intp]:
@@ -156,6 +199,6 @@ def _bursts(time: Array, q: Array) -> NDArray[np.intp]:
     jumps = position_jumps(time, q)
     if not len(jumps):
         return jumps
-    runs = np.split(np.arange(len(time)), jumps)
-    short = [run for run in runs if len(run) < MIN_RUN]
+    edges = [0, *jumps.tolist(), len(time)]
+    short = [np.arange(a, b) for a, b in itertools.pairwise(edges) if b - a < MIN_RUN]
     return np.concatenate(short) if short else np.empty(0, dtype=np.intp)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.large_arrays import BLOCK, blocks, empty, release, row_slices
 from physident.recordings.rests import Rests
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ class Filter:
         Row k stands for sample (k + delay) * decimation; M = 0 where N is shorter than the filter.
         """
         taps, D = self.taps(rate), self.decimation(rate)
-        kept = np.empty((len(values), self.kept(values.shape[-1], rate)))
+        kept = empty((len(values), self.kept(values.shape[-1], rate)))
         # ROWS kept rows at once are one matrix product with the taps, each row's shifted by the decimation
         block = np.zeros(((ROWS - 1) * D + len(taps), ROWS))
         for k in range(ROWS):
@@ -72,6 +73,8 @@ class Filter:
             rows = min(ROWS, kept.shape[1] - start)
             window = values[:, start * D : (start + rows - 1) * D + len(taps)]
             kept[:, start : start + rows] = window @ block[: window.shape[1], :rows]
+            if start % BLOCK == 0:
+                release()
         return kept
 
     def kept(self, samples: int, rate: float) -> int:
@@ -153,10 +156,20 @@ class Signals:
     @property
     def moving(self) -> tuple[float, float] | None:
         """Start and end [s] of the moving part: 0.2 s beyond the first and last sample with any |v| > 0.02; or None."""
-        fast = np.flatnonzero((np.abs(self.v) > MOVING_SPEED).any(axis=1))
-        if not len(fast):
+        forward = list(blocks(len(self.v)))
+        first = next((found[0] for rows in forward if len(found := self._fast(rows))), None)
+        last = next((found[-1] for rows in reversed(forward) if len(found := self._fast(rows))), None)
+        if first is None or last is None:
             return None
-        return float(self.time[fast[0]] - MOVING_MARGIN), float(self.time[fast[-1]] + MOVING_MARGIN)
+        return float(self.time[first] - MOVING_MARGIN), float(self.time[last] + MOVING_MARGIN)
+
+    def _fast(self, rows: slice) -> NDArray[np.intp]:
+        """Which of some samples move."""
+        return rows.start + np.flatnonzero((np.abs(self.v[rows]) > MOVING_SPEED).any(axis=1))
+
+    def blocks(self, pointwise: bool = True) -> list[slice]:
+        """Slices of samples that a model can be evaluated on one by one: whole segments unless its effects are ``pointwise``."""
+        return list(row_slices(self.segments)) if pointwise else self.segments
 
     def from_model(self, name: str) -> Array:
         """``links``, ``load`` or ``motor``; raises InputError for signals without a model, see ``Model.refer``."""

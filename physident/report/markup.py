@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from markupsafe import Markup, escape
 
-VOID = ("meta", "br")  # elements without an end tag
+VOID = ("meta", "br", "img")  # elements without an end tag
 
 
 def tag(name: str, /, *children: str, **attributes: str | float) -> Markup:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from physident.errors import InputError, warn
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
@@ -21,6 +23,9 @@ from physident.setup_checks.rows import Rows, rows_of
 from physident.setup_checks.samples import check_samples
 from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
+
+LONG = 400_000  # rows that are all looked at: a quarter of an hour at 500 Hz
+EXTRACTS = 4
 
 
 def check_setup(robot: Robot | str | Path | None, recordings: Recordings) -> tuple[SetupFinding, ...]:
@@ -42,10 +47,20 @@ def check_setup(robot: Robot | str | Path | None, recordings: Recordings) -> tup
             raise InputError(
                 f"{recording.source}: {recording.n} joints, but {whose} has {expected}; check --robot and --columns"
             )
+    chosen = [part for recording in chosen for part in _extracts(recording)]
     found = [*check_velocity(chosen), *check_samples(chosen)]
     if robot is not None and not any(finding.kind == "position_velocity_swapped" for finding in found):
         found += _of_robot(robot, chosen)
     return tuple(sorted(found, key=lambda finding: not finding.void))
+
+
+def _extracts(recording: Recording) -> list[Recording]:
+    """Parts of a long recording, evenly over its length; a shorter one as it is. A wrong set-up is wrong all along."""
+    count, length = len(recording.time), LONG // EXTRACTS
+    if count <= LONG:
+        return [recording]
+    starts = np.linspace(0, count - length, EXTRACTS).astype(int).tolist()
+    return [recording.part(slice(start, start + length)) for start in starts]
 
 
 def warn_of_setup(robot: Robot | None, recordings: Sequence[Recording]) -> tuple[str, ...]:

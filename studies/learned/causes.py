@@ -46,7 +46,7 @@ def outside(kind: str, arm: ArmTruth, motions: list[Motion], rng: Rng) -> tuple[
     unit = np.eye(arm.joints)[joint]
     made = _of_size_one(kind, arm, motions, joint, unit, rng)
     size = float(rng.uniform(*SHARE)) * scale_of(arm).torque[joint] / _rms(made, motions, joint)
-    return replace(made, size=size * unit), joint  # pyright: ignore[reportCallIssue]
+    return replace(made, size=size * unit), joint  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
 def _of_size_one(kind: str, arm: ArmTruth, motions: list[Motion], joint: int, unit: Array, rng: Rng) -> Disturbance:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -22,6 +22,10 @@ CURVES = {  # what the kinds of background of both worlds are functions of
     **dict.fromkeys(("Cable", "Cogging", "DressPack", "WanderingCogging"), "learned_position"),
     **dict.fromkeys(("BentFriction", "ThickeningGrease"), "learned_velocity"),
     "WanderingZero": "learned_time",
+}
+LAWS = {  # effects of the catalogue whose own description names the thing, though not its exact shape
+    **dict.fromkeys(("Cable", "DressPack"), "joint_spring"),
+    **dict.fromkeys(("Cogging", "WanderingCogging"), "torque_ripple"),
 }
 FALLS = 1.05  # breakaway over sliding friction from which a velocity law's dip is worth a name
 
@@ -81,7 +85,7 @@ def score(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) 
     """Compare a diagnosis of changed recordings with what was hidden."""
     causes, rest = split(diagnosis)
     keys: list[Key] = [(h.effect, h.joints) for h in trial.hidden]
-    own = true_of(scene)
+    own = true_of(scene) | _background(scene, LAWS)
     found = [claims(f) for f in causes]
     strange = [c for c in found if any(_any(claim, keys) or not _any(claim, own) for claim in c)]
     right = [claim for c in strange[:1] for claim in c if _any(claim, keys)]
@@ -138,7 +142,7 @@ def score_outside(
 def score_twin(scene: Scene, diagnosis: Any) -> TwinScore:
     """Judge a diagnosis of recordings in which nothing was hidden."""
     causes, rest = split(diagnosis)
-    own = true_of(scene)
+    own = true_of(scene) | _background(scene, LAWS)
     everything = [claim for f in causes for claim in claims(f)]
     true = sum(_any(claim, own) for claim in everything)
     described, _ = descriptions(diagnosis)
@@ -164,7 +168,7 @@ def true_of(scene: Scene) -> set[Key]:
         warm = any(scene.warmer(k) > 0 for k in range(2))
         fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
         return {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
-    own = _curves(scene)
+    own = _background(scene, CURVES)
     if friction.kind == "smooth":
         return own
     dips = [j for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]]
@@ -174,11 +178,13 @@ def true_of(scene: Scene) -> set[Key]:
     return own
 
 
-def _curves(scene: Scene) -> set[Key]:
-    """What the background is a function of, joint by joint: a curve without a law's name is true where it acts."""
+def _background(scene: Scene, names: Mapping[str, str]) -> set[Key]:
+    """What the background of a model's own recordings is called, joint by joint."""
+    if scene.question == "different":
+        return set()
     own: set[Key] = set()
     for one in scene.bench.arm.background:
-        name = CURVES.get(type(one).__name__)
+        name = names.get(type(one).__name__)
         if name is not None:
             own |= {(name, (int(j) + 1,)) for j in np.flatnonzero(getattr(one, "size", 0.0))}
     return own

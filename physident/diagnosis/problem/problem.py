@@ -181,10 +181,14 @@ def state_problem(
         fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
     known = known_rows(spread)
-    trusted = replace(problem, weights=known, regressor=weight_rows(regressor, known), evaluated={}, by_model=[])
+    trusted = replace(
+        problem, weights=known, regressor=weight_rows(regressor, known).in_memory(), evaluated={}, by_model=[]
+    )
     fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
     weights = rest_weights(spread, dry_level(ordinary), fit.residual / known, regressor.counted)
-    problem = replace(problem, weights=weights, regressor=weight_rows(regressor, weights), evaluated={}, by_model=[])
+    problem = replace(
+        problem, weights=weights, regressor=weight_rows(regressor, weights).in_memory(), evaluated={}, by_model=[]
+    )
     baseline = problem.freedom.baseline(problem.regressor)
     noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
     problem = replace(problem, memory=correlation_rows(regressor, noise))

@@ -20,6 +20,7 @@ from physident.estimation.dry_friction.rest import dry_friction
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
+from physident.large_arrays import release
 from physident.recordings.rests import Rests
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
@@ -75,20 +76,27 @@ def _held(model: Model, signals: Signals) -> Signals:
         return signals
     pieces = [_pieces(rests, max(3, round(PIECE * signals.rate))) for rests in signals.rests]
     free = replace(signals, rests=tuple(pieces))
-    now, level = dry_friction(model, free)
-    wanted = now + signals.torque - model.torque(free)
-    held = [_sides(rests, wanted[:, j], np.abs(level[:, j])) for j, rests in enumerate(pieces)]
+    sums = [np.zeros((2, len(rests.start))) for rests in pieces]
+    for samples in free.blocks(pointwise=all(effect.pointwise for effect in model.effects)):
+        part = free.part(samples)
+        assert part.torque is not None
+        now, level = dry_friction(model, part)
+        wanted = now + part.torque - model.torque(part)
+        for j, (rests, total) in enumerate(zip(pieces, sums, strict=True)):
+            _add(total, rests, samples, wanted[:, j], np.abs(level[:, j]))
+        release()
+    held = [np.where(np.abs(wanted) > most, np.sign(wanted), np.nan) for wanted, most in sums]
     return replace(free, rests=tuple(replace(r, held=h) for r, h in zip(pieces, held, strict=True)))
 
 
-def _sides(rests: Rests, wanted: Array, level: Array) -> Array:
-    """The side (K,) of each piece: 1 or -1 where the torque that is wanted exceeds the level, else NaN."""
-    if not len(rests.start):
-        return np.zeros(0)
-    sums = [np.concatenate([[0.0], np.cumsum(values)]) for values in (wanted, level)]
-    length = rests.stop - rests.start
-    mean, most = ((total[rests.stop] - total[rests.start]) / length for total in sums)
-    return np.where(np.abs(mean) > most, np.sign(mean), np.nan)
+def _add(total: Array, rests: Rests, samples: slice, *values: Array) -> None:
+    """Add the sums of values (N,) of some samples over each rest to ``total`` (len(values), K)."""
+    chosen = np.flatnonzero((rests.stop > samples.start) & (rests.start < samples.stop))
+    first = np.maximum(rests.start[chosen], samples.start) - samples.start
+    last = np.minimum(rests.stop[chosen], samples.stop) - samples.start
+    for k, value in enumerate(values):
+        sums = np.concatenate([[0.0], np.cumsum(value)])
+        total[k, chosen] += sums[last] - sums[first]
 
 
 def _pieces(rests: Rests, longest: int) -> Rests:

@@ -12,6 +12,7 @@ from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.row_weights import creep
+from physident.large_arrays import empty, release
 from physident.recordings.signals import Filter, Signals
 from physident.recordings.white_noise import white_noise
 
@@ -38,14 +39,20 @@ def rest_rows(model: Model, signals: Sequence[Signals], filter: Filter) -> RestR
     friction, moving = [], []
     beyond, resting = np.zeros(model.robot.n), np.zeros(model.robot.n)
     for one in signals:
-        at_rest = _at_rest(one)
-        added, out = _best_friction(model, one, at_rest)
-        beyond, resting = beyond + out.sum(axis=0), resting + at_rest.sum(axis=0)
+        added, before = empty(one.q.shape), empty((len(one.q) + 1, model.robot.n), np.int32)
+        before[0] = 0
+        noise = np.zeros(model.robot.n) if one.torque is None else white_noise(one.torque)
+        for samples in one.blocks(pointwise=all(effect.pointwise for effect in model.effects)):
+            part = one.part(samples)
+            at_rest = _at_rest(part)
+            added[samples], out = _best_friction(model, part, at_rest, noise)
+            beyond, resting = beyond + out.sum(axis=0), resting + at_rest.sum(axis=0)
+            before[samples.start + 1 : samples.stop + 1] = before[samples.start] + np.cumsum(at_rest, axis=0)
+            release()
         length = len(filter.taps(one.rate))
         for piece in kept_rows(model.robot, one, filter, moving_only=True):
             friction.append(filter.apply(added[piece.samples].T, one.rate)[:, piece.rows].T)
-            before = np.concatenate([np.zeros((1, model.robot.n)), np.cumsum(at_rest[piece.samples], axis=0)])
-            first = piece.rows * filter.decimation(one.rate)
+            first = piece.samples.start + piece.rows * filter.decimation(one.rate)
             moving.append(before[first + length] == before[first])
     return RestRows(
         friction=np.concatenate(friction),
@@ -61,14 +68,17 @@ def _at_rest(signals: Signals) -> NDArray[np.bool_]:
     return np.column_stack([rests.mask(len(signals.time)) for rests in signals.rests])
 
 
-def _best_friction(model: Model, signals: Signals, at_rest: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """The change (N, n) [N m|N] of friction at rest that serves a model best, and which samples lie beyond its band."""
+def _best_friction(
+    model: Model, signals: Signals, at_rest: NDArray[np.bool_], noise: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The change (N, n) [N m|N] of friction at rest that serves a model best, and which samples lie beyond its band by more
+    than the torque's ``noise`` (n,) [N m|N]."""
     if not at_rest.any():
         return np.zeros(at_rest.shape), at_rest
     assert signals.torque is not None
     now, level = dry_friction(model, signals)
     wanted, level = now + signals.torque - model.torque(signals), np.abs(level)
-    beyond = at_rest & (np.abs(wanted) > level + DOUBT * white_noise(signals.torque))
+    beyond = at_rest & (np.abs(wanted) > level + DOUBT * noise)
     return np.where(at_rest, np.clip(wanted, -level, level) - now, 0.0), beyond
 
 

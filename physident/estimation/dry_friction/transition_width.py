@@ -19,6 +19,7 @@ from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
+from physident.large_arrays import blocks, triangle
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -81,14 +82,17 @@ def _best_width(
     """The smallest width [rad/s|m/s] that the rows of joint j (index) do not tell from the one with which they leave least;
     ``k`` is its column in the tried ones."""
     rows, w = regressor.joints[j], weights[:, j, None]
-    signs = np.column_stack([one.joints[j].values[:, list(one.joints[j].columns).index(k)] for one in tried])
+    signs = [one.joints[j].plain[:, list(one.joints[j].columns).index(k)] for one in tried]
     own = f"coulomb_friction_{j + 1}"
     others = [i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own]
-    stacked = np.column_stack([rows.values[:, others], signs, regressor.torque[:, j]]) * w
-    R = np.asarray(np.linalg.qr(stacked, mode="r"))[len(others) :, len(others) :]
+    stacked = (
+        np.column_stack([rows.some(b)[:, others], *(sign[b] for sign in signs), regressor.torque[b, j]]) * w[b]
+        for b in blocks(len(w))
+    )
+    R = triangle(stacked)[len(others) :, len(others) :]
     S, y = R[:, :-1], R[:, -1]
     gains = (S.T @ y) ** 2 / np.maximum((S**2).sum(axis=0), 1e-300)
     # rows of a filtered torque are worth as many independent ones as its band holds
-    variance = (y @ y - gains.max()) / max(1, len(stacked) - len(others) - 1)
+    variance = (y @ y - gains.max()) / max(1, len(w) - len(others) - 1)
     told_apart = TOLD_APART * variance * max(1.0, regressor.kept_rate / (2 * cutoff))
     return float(WIDTHS[int(np.argmax(gains >= gains.max() - told_apart))])

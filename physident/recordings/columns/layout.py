@@ -113,14 +113,21 @@ class ColumnLayout:
         """The channels of a table (N, C); ``clock`` (N,) [s] stands for a missing time column."""
 
         def take(numbers: tuple[int, ...] | None) -> Array | None:
-            return None if numbers is None else values[:, numbers]
+            if numbers is None:
+                return None
+            first, last = numbers[0], numbers[-1]
+            consecutive = numbers == tuple(range(first, last + 1))
+            return values[:, first : last + 1] if consecutive else values[:, numbers]  # a view needs no memory
 
         time = clock if self.time is None else values[:, self.time]
+        q, effort = take(self.q), take(self.effort)
         assert time is not None
+        assert q is not None
+        assert effort is not None
         return Channels(
             time=time,
-            q=values[:, self.q],
-            effort=values[:, self.effort],
+            q=q,
+            effort=effort,
             effort_kind=self.effort_kind,
             dq=take(self.dq),
             temperature=take(self.temperature),

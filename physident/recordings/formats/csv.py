@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from physident.errors import InputError
+from physident.large_arrays import Growing, numbered
 from physident.outputs import write_with
 from physident.recordings.channels import BadRow
-from physident.recordings.formats.table import MAX_CELLS, Table
+from physident.recordings.formats.table import MOST_CELLS, Table
 from physident.recordings.formats.text_style import TextStyle, find_style
 
 BLOCK = 4 << 20  # bytes
@@ -34,8 +35,9 @@ def read_csv(path: Path) -> Table:
     values = _read(path, style, rejected)
     if not len(values) and not rejected:
         raise InputError(f"{path}: has no rows of {style.width} numbers under its first line; expected a recording")
-    numbers = np.arange(1 + style.skipped, 1 + style.skipped + len(values) + len(rejected))
-    rows = np.delete(numbers, [bad.row - 1 - style.skipped for bad in rejected])
+    rows = numbered(len(values) + len(rejected), 1 + style.skipped)
+    if rejected:
+        rows = np.delete(rows, [bad.row - 1 - style.skipped for bad in rejected])
     return Table(values, rows, style.header, tuple(rejected))
 
 
@@ -47,8 +49,8 @@ def write_csv(path: str | Path, table: Table) -> None:
 
 def _read(path: Path, style: TextStyle, rejected: list[BadRow]) -> np.ndarray:
     """The rows (N, width) of numbers; those with another number of fields are added to ``rejected``."""
-    blocks: list[np.ndarray] = []
-    rows, line, skip = 0, style.skipped, style.skipped
+    rows = Growing(style.width)
+    line, skip = style.skipped, style.skipped
     for text in _whole_lines(path):
         body = text
         while skip and body:
@@ -56,14 +58,14 @@ def _read(path: Path, style: TextStyle, rejected: list[BadRow]) -> np.ndarray:
         if not body:
             continue
         numbers, bad = _parse(path, style.with_commas(body), style, line)
-        blocks.append(numbers)
+        rows.add(numbers)
         rejected += bad
-        rows, line = rows + len(numbers), line + len(numbers) + len(bad)
-        if rows * style.width > MAX_CELLS:
-            raise InputError(f"{path}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+        line += len(numbers) + len(bad)
+        if rows.rows * style.width > MOST_CELLS:
+            raise InputError(f"{path}: more than {MOST_CELLS} numbers, expected a recording: cut it into parts")
         if len(rejected) > MAX_REJECTED:
             raise InputError(f"{path}: over {MAX_REJECTED} rows without {style.width} fields; expected a recording")
-    return _joined(blocks, rows, style.width)
+    return rows.table()
 
 
 def _parse(path: Path, text: bytes, style: TextStyle, line: int) -> tuple[np.ndarray, list[BadRow]]:
@@ -121,17 +123,6 @@ def _whole_lines(path: Path) -> Iterator[bytes]:
         raise InputError(f"{path}: cannot be read ({reason}); expected a CSV, plain or gzip") from None
     if carry:
         yield carry
-
-
-def _joined(blocks: list[np.ndarray], rows: int, width: int) -> np.ndarray:
-    """The blocks stacked, each freed as soon as it is copied, so that the table is never in memory twice."""
-    values = np.empty((rows, width))
-    at = rows
-    while blocks:
-        block = blocks.pop()
-        values[at - len(block) : at] = block
-        at -= len(block)
-    return values
 
 
 def _numbers(cells: list[bytes | None]) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.large_arrays import Growing, numbered
 from physident.recordings.formats.frame import seconds
-from physident.recordings.formats.table import Table, check_size, table_of_arrays
+from physident.recordings.formats.table import MAX_CELLS, MOST_CELLS, Table, check_size, table_of_arrays
+
+BATCH = 1 << 16  # rows read at once
 
 
 def read_parquet(path: Path) -> Table:
-    """The table of a .parquet file; a column of lists of k numbers becomes NAME_1 to NAME_k, dates become seconds.
+    """The table of a .parquet file, read in batches; a column of lists of k numbers becomes NAME_1 to NAME_k, dates become seconds.
 
     Columns of another type are ignored. Raises InputError for what is no Parquet file, for lists of different lengths, and
     for a table too large.
     """
-    columns, others = read_columns(path)
-    return table_of_columns(columns, path, others)
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    names: tuple[str, ...] | None = None
+    rows: Growing | None = None
+    with _readable(path), pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20) as file:
+        chosen, others = _columns_of(file, path, MOST_CELLS)
+        for batch in file.iter_batches(BATCH, columns=chosen, use_threads=False):
+            some = table_of_columns(pa.Table.from_batches([batch]), path, others)
+            if names is not None and some.names != names:
+                raise InputError(f"{path}: has lists of different lengths; expected one number for each joint")
+            names, rows = some.names, rows or Growing(some.values.shape[1])
+            rows.add(some.values)
+        if rows is None:
+            return table_of_columns(file.schema_arrow.empty_table().select(chosen), path, others)
+    values = rows.table()
+    return Table(values, numbered(len(values)), names)
 
 
 def read_columns(path: Path, filters: list[tuple[str, str, int]] | None = None) -> tuple[Any, tuple[str, ...]]:
@@ -29,17 +48,30 @@ def read_columns(path: Path, filters: list[tuple[str, str, int]] | None = None) 
 
     Raises InputError as ``read_parquet``, but for the content of the columns.
     """
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
+    with _readable(path):
         with pq.ParquetFile(path) as file:
-            names = [field.name for field in file.schema_arrow if _is_read(field.type)]
-            others = tuple(name for name in file.schema_arrow.names if name not in names)
-            check_size(path, sum(_sizes(file.metadata, names)), 1)
+            names, others = _columns_of(file, path, MAX_CELLS)
         # a folder named a=1 must not become a column
         chosen = {"columns": names, "filters": filters, "use_threads": False, "partitioning": None}
         return pq.read_table(path, **chosen), others
+
+
+def _columns_of(file: Any, path: Path, most: int) -> tuple[list[str], tuple[str, ...]]:
+    """The names of the columns of numbers and of the others; raises InputError for more than ``most`` numbers."""
+    names = [field.name for field in file.schema_arrow if _is_read(field.type)]
+    check_size(path, sum(_sizes(file.metadata, names)), 1, most)
+    return names, tuple(name for name in file.schema_arrow.names if name not in names)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Turns what Arrow says of a broken file into an InputError."""
+    import pyarrow as pa
+
+    try:
+        yield
     except (pa.ArrowException, OSError, ValueError, KeyError) as error:
         reason = (str(error).splitlines() or [""])[0][:120]
         raise InputError(f"{path}: not readable as Parquet ({reason}); expected a table of numbers") from None

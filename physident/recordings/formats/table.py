@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
+from physident.large_arrays import numbered
 from physident.recordings.channels import BadRow
 
-MAX_CELLS = 100_000_000  # 800 MB of numbers: an hour of a 7-joint arm at 1 kHz with every channel
+MAX_CELLS = 100_000_000  # 800 MB of numbers in memory: an hour of a 7-joint arm at 1 kHz with every channel
+MOST_CELLS = (
+    4_000_000_000  # 32 GB of numbers in a file, for formats that are read in pieces: four days of a 6-joint arm
+)
 MAX_COLUMNS = 1000
 
 
@@ -30,12 +34,12 @@ class Table:
     joints: tuple[str, ...] | None = None
 
 
-def check_size(source: Any, rows: int, columns: int) -> None:
+def check_size(source: Any, rows: int, columns: int, most: int = MAX_CELLS) -> None:
     """Raises InputError for a table with more columns or numbers than any recording has; called before they are read."""
     if columns > MAX_COLUMNS:
         raise InputError(f"{source}: {columns} columns, expected at most {MAX_COLUMNS}: keep time, q, dq and effort")
-    if rows * columns > MAX_CELLS:
-        raise InputError(f"{source}: more than {MAX_CELLS} numbers, expected a recording: cut it into parts")
+    if rows * columns > most:
+        raise InputError(f"{source}: more than {most} numbers, expected a recording: cut it into parts")
 
 
 def table_of_arrays(arrays: Mapping[str, NDArray[Any]], others: tuple[str, ...] = ()) -> Table:
@@ -47,4 +51,4 @@ def table_of_arrays(arrays: Mapping[str, NDArray[Any]], others: tuple[str, ...] 
     for name, array in arrays.items():
         names += [name] if array.ndim == 1 else [f"{name}_{k}" for k in range(1, array.shape[1] + 1)]
     values = np.column_stack([np.asarray(array, dtype=float) for array in arrays.values()])
-    return Table(values, np.arange(1, len(values) + 1), (*names, *others))
+    return Table(values, numbered(len(values)), (*names, *others))

@@ -1,0 +1,1 @@
+"""Verbs on the recordings of many arms: ``fleet`` and ``drift``."""

@@ -1,0 +1,68 @@
+"""Work on blocks of large arrays by as many processes as there are processors; the numbers are those of one process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from physident.errors import InputError
+
+T = TypeVar("T")
+VARIABLE = "PHYSIDENT_PROCESSES"
+
+
+def processors() -> int:
+    """Number of processes to work with: the environment's ``PHYSIDENT_PROCESSES``, or the processors this program may use.
+
+    Raises InputError for a variable that is no number.
+    """
+    given = os.environ.get(VARIABLE)
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    if not given.isdigit() or not 1 <= int(given) <= 1024:
+        raise InputError(f"{VARIABLE} is {given!r}, expected a number of processes, such as 1 or 2")
+    return int(given)
+
+
+def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> None:
+    """Call a function on every item, whose results go into arrays.
+
+    Where the arrays are ``shared``, as those in files are, several processes take turns; else this one does all. An error of
+    one process is raised here.
+    """
+    workers = min(processors(), len(items)) if shared else 1
+    if workers < 2 or "fork" not in multiprocessing.get_all_start_methods() or multiprocessing.current_process().daemon:
+        for item in items:
+            function(item)
+        return
+    fork = multiprocessing.get_context("fork")  # the arrays and the function are inherited, not sent
+    channel = fork.SimpleQueue()
+
+    def work(first: int) -> None:
+        error: Any = None
+        try:
+            for item in items[first::workers]:
+                function(item)
+        except BaseException as caught:
+            error = caught
+        channel.put(error)
+
+    started = [fork.Process(target=work, args=(first,)) for first in range(1, workers)]
+    for process in started:
+        process.start()
+    try:
+        for item in items[::workers]:
+            function(item)
+        for process in started:
+            process.join()
+            if process.exitcode != 0:
+                raise RuntimeError(f"a process of physident was ended from outside (code {process.exitcode})")
+            error = channel.get()
+            if error is not None:
+                raise error
+    finally:
+        for process in started:
+            process.terminate()
+            process.join()
