@@ -132,8 +132,10 @@ def select_base(R: Array, columns: Sequence[Column], held: NDArray[np.bool_] | N
     """Base parameters of a regressor (or its R factor) with p columns, by Gram-Schmidt in column order.
 
     Unlike |R_ii| of a plain QR, a column's share is measured against the accepted columns only, so that the rounding
-    noise of a dependent one cannot hide a later independent one. Raises InputError for a regressor that is all zero.
+    noise of a dependent one cannot hide a later independent one. Columns that a prior has ``held`` (p,)
+    are parameters of their own, whatever one motion shows of them. Raises InputError for a regressor that is all zero.
     """
+    held = np.zeros(len(columns), dtype=bool) if held is None else held
     size = np.linalg.norm(R, axis=0)
     if not size.any():
         raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")
