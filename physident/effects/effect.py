@@ -54,6 +54,7 @@ class Effect(ABC):
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     passive: ClassVar[bool] = False  # with parameters that are not negative it takes energy at every velocity
     variable: ClassVar[Variable | None] = None  # the one quantity of its joint that its torque is a function of
+    has_prior: ClassVar[bool] = False  # a prior decides what recordings leave open: no parameter is one in a sum only
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the

@@ -82,10 +82,16 @@ def identify(
     _refuse_brief(recordings, regressor)
     if not isinstance(estimator, OLS):
         signals, regressor = settle_rests(robot, settled, regressor, signals, filter)
-    settled = with_amplitudes(robot, settled, _weighted(estimator, robot, settled, regressor, signals, filter))
-    sides = 0
+
+    def counted() -> Regressor:  # all rows alike for ordinary least squares
+        weighted = not isinstance(estimator, OLS)
+        return (
+            weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter)) if weighted else regressor
+        )
+
+    settled, sides = with_amplitudes(robot, settled, counted()), 0
     while True:
-        rows = _weighted(estimator, robot, settled, regressor, signals, filter)
+        rows = counted()
         estimate = estimate_from(robot, settled, rows, recordings, estimator, filter, columns)
         sides += 1
         if isinstance(estimator, OLS) or sides == SIDES:
@@ -96,20 +102,6 @@ def identify(
         signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
-
-
-def _weighted(
-    estimator: Estimator,
-    robot: Robot,
-    effects: tuple[Effect, ...],
-    regressor: Regressor,
-    signals: Sequence[Signals],
-    filter: Filter,
-) -> Regressor:
-    """The rows as an estimator counts them: all alike for ordinary least squares."""
-    if isinstance(estimator, OLS):
-        return regressor
-    return weight_rows(regressor, row_weights(robot, effects, regressor, signals, filter))
 
 
 def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitivities: ShapeSensitivities) -> Estimate:

@@ -105,7 +105,8 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
     if any(effect.needs_model for effect in effects):
         motion = Model.nominal(robot, effects).refer(motion)
     Y = np.concatenate([effect.regressor(robot, motion) for effect in effects], axis=2)
-    return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns)
+    held = np.array([effect.has_prior for effect in effects for _ in effect.columns(robot)])
+    return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns, held)
 
 
 def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
@@ -127,12 +128,14 @@ def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
     )
 
 
-def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
+def select_base(R: Array, columns: Sequence[Column], held: NDArray[np.bool_] | None = None) -> BaseParameters:
     """Base parameters of a regressor (or its R factor) with p columns, by Gram-Schmidt in column order.
 
     Unlike |R_ii| of a plain QR, a column's share is measured against the accepted columns only, so that the rounding
-    noise of a dependent one cannot hide a later independent one. Raises InputError for a regressor that is all zero.
+    noise of a dependent one cannot hide a later independent one. Columns that a prior has ``held`` (p,)
+    are parameters of their own, whatever one motion shows of them. Raises InputError for a regressor that is all zero.
     """
+    held = np.zeros(len(columns), dtype=bool) if held is None else held
     size = np.linalg.norm(R, axis=0)
     if not size.any():
         raise InputError("the regressor is zero in every column; expected a motion that excites some parameter")
@@ -141,7 +144,7 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
     basis = np.zeros((len(R), 0))
     shares, independent = np.zeros(p), []
     for i in range(p):
-        if size[i] <= ZERO * largest[columns[i].effect]:
+        if held[i] or size[i] <= ZERO * largest[columns[i].effect]:
             continue
         rest = R[:, i] / size[i]
         for _ in range(2):  # the second pass removes the rounding errors of the first
@@ -150,9 +153,10 @@ def select_base(R: Array, columns: Sequence[Column]) -> BaseParameters:
         if shares[i] > TOLERANCE:
             basis = np.column_stack([basis, rest / shares[i]])
             independent.append(i)
-    chosen = np.array(independent, dtype=np.intp)
+    shown = np.array(independent, dtype=np.intp)
+    chosen = np.sort(np.concatenate([shown, np.flatnonzero(held)]))
     others = np.setdiff1d(np.arange(p), chosen)
-    scale = size[chosen]
-    beta = np.linalg.lstsq(R[:, chosen] / scale, R[:, others], rcond=None)[0] / scale[:, None]
-    gap = float(shares[chosen].min()), float(shares[others].max(initial=0.0))
+    scale, beta = size[shown], np.zeros((len(chosen), len(others)))
+    beta[np.isin(chosen, shown)] = np.linalg.lstsq(R[:, shown] / scale, R[:, others], rcond=None)[0] / scale[:, None]
+    gap = float(shares[shown].min(initial=1.0)), float(shares[others].max(initial=0.0))
     return BaseParameters(tuple(columns), chosen, others, beta, shares, gap)

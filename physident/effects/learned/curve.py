@@ -39,6 +39,7 @@ class LearnedCurve(Effect):
     unit: ClassVar[str] = "N m"
     family: ClassVar[Family] = Family.LEARNED
     detection: ClassVar[Detection] = Detection.AFTER_LAWS
+    has_prior: ClassVar[bool] = True
     settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude")
     pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
     quantity_unit: ClassVar[str] = "rad"
