@@ -50,28 +50,26 @@ class _Places:
 
 
 class Evidence:
-    """What motions of an arm would show of ``questions``; ``heavy`` is the model with a known load, for loaded motions."""
+    """What motions of an arm would show of ``questions``."""
 
-    def __init__(self, model: Model, heavy: Model | None, noise: Noise, questions: Sequence[OpenQuestion]) -> None:
-        self.model, self.heavy, self.noise, self.questions = model, heavy or model, noise, tuple(questions)
+    def __init__(self, model: Model, noise: Noise, questions: Sequence[OpenQuestion]) -> None:
+        self.model, self.noise, self.questions = model, noise, tuple(questions)
         base = find_base_parameters(model.robot, model.effects).independent
         extra: list[Effect] = []
         self.places = [self._placed(one, base, extra) for one in self.questions]
         self.effects = (*model.effects, *extra)
         self.sizes: list[Array] = [np.array(one.sizes) for one in self.questions]
 
-    def shown(self, motion: Motion, loaded: bool = False) -> Shown:
+    def shown(self, motion: Motion) -> Shown:
         """What a recording of a motion would show."""
-        model, noise, n = self.heavy if loaded else self.model, self.noise, self.model.robot.n
         time, q, v, a = motion.sample(RATE)
-        plan = Signals(
-            time, q, v, a, None, np.full_like(q, TEMPERATURE), rate=RATE, cutoff=noise.filter.cutoff, source="a planned motion"
-        )  # fmt: skip
-        signals = replace(model.refer(plan), torque=np.zeros_like(q))
-        return self.of_signals(signals, model, n)
+        cutoff, warm = self.noise.filter.cutoff, np.full_like(q, TEMPERATURE)
+        plan = Signals(time, q, v, a, None, warm, rate=RATE, cutoff=cutoff, source="a planned motion")
+        return self.of_signals(replace(self.model.refer(plan), torque=np.zeros_like(q)))
 
-    def of_signals(self, signals: Signals, model: Model, n: int) -> Shown:
+    def of_signals(self, signals: Signals) -> Shown:
         """What signals of a motion show."""
+        model = self.model
         noise = self.noise
         regressor = build_regressor(model.robot, self.effects, [signals], noise.filter, model=model)
         memory = np.maximum(regressor.kept_rate / noise.worth, 1.0)
