@@ -74,9 +74,8 @@ def resume_session(
     ``columns`` are those of a first session; a later one keeps the earlier diagnosis's. Raises InputError where a leg to fit is missing,
     or the model that was asked about is.
     """
-    fitted = [
-        leg.name for leg in session.legs if leg.role == "fit" and not leg.loaded
-    ]  # loads tell the drive gains only
+    # loaded pieces tell the drive gains only
+    fitted = [leg.name for leg in session.legs if leg.role == "fit" and not leg.loaded]
     if missing := [name for name in fitted if name not in recordings]:
         raise InputError(f"{missing[0]} has no recording; expected one for each piece that is fitted")
     before = session.diagnosis

@@ -219,7 +219,7 @@ def _curve(chosen: list[_Candidate], score: _Score) -> tuple[tuple[float, float]
 
 def _with_loaded(session: Session, loaded: LoadedPieces) -> Session:
     """The session with its loaded pieces last, so that the load is fixed to the tool once."""
-    first = len(session.legs) + 1
+    first = 1 + sum(not leg.warm_up for leg in session.legs)
     legs = [
         _leg(
             f"{first + k:02d}_{one.kind}_loaded", one, "with the load: the drive gains; not pooled with the others", ()
