@@ -115,6 +115,17 @@ def test_a_session_keeps_its_time_and_every_limit(arm, noise, questions) -> None
     assert "expected to be settled" in repr(session)
 
 
+def test_an_arm_that_is_slow_or_has_nothing_open_still_gets_a_session(arm, noise) -> None:
+    slow = pid.Model.nominal(with_limits(arm, "speed=0.1 acceleration=0.05"))
+    for minutes, load in ((0.75, None), (1.0, 1.0)):
+        session = plan_session(slow, (), noise, Budget(minutes=minutes, limits="joint", pool=6, load=load))
+        assert session.duration <= 60 * minutes + 1e-6
+        assert [leg.role for leg in session.legs if not leg.loaded].count("fit") >= 2
+        assert all(leg.trajectory.violations(slow.robot) == [] for leg in session.legs)
+    with pytest.raises(pid.InputError, match="one with the load"):
+        Budget(minutes=0.75, load=1.0)
+
+
 def test_a_planned_session_shows_more_than_random_ones_of_as_many_pieces(arm, noise, questions) -> None:
     model = pid.Model.nominal(arm)
     budget = Budget(minutes=1.0, limits="joint", seed=4, pool=10)

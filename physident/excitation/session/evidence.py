@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import f, ncf, norm
 
+from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
 from physident.effects.effect import Effect
@@ -61,11 +62,19 @@ class Evidence:
         self.sizes: list[Array] = [np.array(one.sizes) for one in self.questions]
 
     def shown(self, motion: Motion) -> Shown:
-        """What a recording of a motion would show."""
+        """What a recording of a motion would show; nothing where every joint stays below the speed at which rows count."""
         time, q, v, a = motion.sample(RATE)
         cutoff, warm = self.noise.filter.cutoff, np.full_like(q, TEMPERATURE)
         plan = Signals(time, q, v, a, None, warm, rate=RATE, cutoff=cutoff, source="a planned motion")
-        return self.of_signals(replace(self.model.refer(plan), torque=np.zeros_like(q)))
+        signals = replace(self.model.refer(plan), torque=np.zeros_like(q))
+        kept = kept_rows(self.model.robot, signals, self.noise.filter, moving_only=True)
+        return self.of_signals(signals) if any(len(piece.rows) for piece in kept) else self.nothing
+
+    @property
+    def nothing(self) -> Shown:
+        """What no motion shows."""
+        size = sum(len(effect.columns(self.model.robot)) for effect in self.effects)
+        return Shown(np.zeros((size, size)), np.zeros(self.model.robot.n))
 
     def of_signals(self, signals: Signals) -> Shown:
         """What signals of a motion show."""

@@ -25,7 +25,9 @@ from physident.excitation.session.ranges import Ranges, covered, open_ranges, ra
 from physident.excitation.session.session import Leg, Outlook, Session
 
 Array = NDArray[np.float64]
-SHORTEST = 3 * LENGTH  # s: two pieces to fit and one to hold out
+SHORTEST = 3 * LENGTH  # s: the fewest pieces to fit and one to hold out
+LONGEST = 60.0  # min
+FEWEST = 2  # pieces to fit
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
 SMALLEST_POOL, LARGEST_POOL = 4, 200
@@ -46,9 +48,12 @@ class Budget:
     pool: int = POOL
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.minutes) and SHORTEST / 60 <= self.minutes <= 60):
+        shortest = (SHORTEST + (0.0 if self.load is None else LENGTH)) / 60
+        if not (np.isfinite(self.minutes) and shortest <= self.minutes <= LONGEST):
+            more = "" if self.load is None else ", and one with the load"
             raise InputError(
-                f"minutes is {self.minutes:g}, expected {SHORTEST / 60:g} to 60: two pieces of {LENGTH:g} s to fit and one to hold out"
+                f"minutes is {self.minutes:g}, expected {shortest:g} to {LONGEST:g}: two pieces of {LENGTH:g} s to fit and one to hold"
+                f" out{more}"
             )
         if not SMALLEST_POOL <= self.pool <= LARGEST_POOL:
             raise InputError(f"pool is {self.pool}, expected {SMALLEST_POOL} to {LARGEST_POOL} motions to choose from")
@@ -100,7 +105,8 @@ def plan_session(
     chosen, holdout = _chosen(candidates, budget, score, 0.0 if loaded is None else loaded.duration)
     progress(1.0)
     session = _session(chosen, holdout, budget, score, noise_words, tuple(notes))
-    return session if loaded is None else _with_loaded(session, loaded)
+    session = session if loaded is None else _with_loaded(session, loaded)
+    return _with_spare_time(session, budget.minutes)
 
 
 class _Score:
@@ -122,12 +128,7 @@ class _Score:
 
     def shown(self, chosen: Sequence[_Candidate]) -> Shown:
         """What some candidates show together."""
-        p = len(self.evidence.questions) and len(chosen)
-        if not p:
-            n = self.evidence.model.robot.n
-            size = sum(len(e.columns(self.evidence.model.robot)) for e in self.evidence.effects)
-            return Shown(np.zeros((size, size)), np.zeros(n))
-        return reduce(Shown.__add__, (one.shown for one in chosen))
+        return reduce(Shown.__add__, (one.shown for one in chosen), self.evidence.nothing)
 
     def joined(self, chosen: Sequence[_Candidate]) -> Ranges | None:
         """The ranges of some candidates and of earlier recordings."""
@@ -148,14 +149,18 @@ def _chosen(
 ) -> tuple[list[_Candidate], _Candidate]:
     """The candidates to fit, and the one to hold out: of the Fourier pieces, the one that moves most. ``taken`` [s] is spent already."""
     free = [one for one in candidates if one.piece.kind == "fourier"] or candidates
-    holdout = max(free, key=lambda one: float(np.mean(one.ranges.size / np.maximum(score.possible.size, 1e-12))))
+    room = np.maximum(score.possible.size, 1e-12)
+    holdout = max(free, key=lambda one: float(np.mean(one.ranges.size / room)))
     rest = [one for one in candidates if one is not holdout]
     seconds = [one.piece.motion.duration for one in rest]
     spare = budget.minutes * 60 - holdout.piece.motion.duration - taken
     spare -= 2 * LENGTH if budget.minutes * 60 >= WITH_WARM_UP else 0.0
     picked = choose(rest, seconds, spare, score)
-    if not picked:  # nothing is open: still the most moving pieces, so that there is something to fit
-        picked = list(range(min(len(rest), max(1, int(spare // LENGTH)))))
+    # a diagnosis compares recordings: where nothing is open, still the pieces that move most
+    others = sorted(
+        (i for i in range(len(rest)) if i not in picked), key=lambda i: -float(np.mean(rest[i].ranges.size / room))
+    )
+    picked += others[: max(0, FEWEST - len(picked))]
     return [rest[i] for i in picked], holdout
 
 
@@ -198,6 +203,15 @@ def _session(
         notes=notes,
     )
     return Session(tuple(legs), (), outlook)
+
+
+def _with_spare_time(session: Session, minutes: float) -> Session:
+    """The session with a note where it is done before its time."""
+    spare = minutes - session.duration / 60
+    if session.outlook is None or spare * 60 < LENGTH:
+        return session
+    note = f"{spare:.1f} of {minutes:g} minutes are left: more pieces are not expected to settle more"
+    return replace(session, outlook=replace(session.outlook, notes=(*session.outlook.notes, note)))
 
 
 def _leg(
