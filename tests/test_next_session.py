@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import yaml
 from scipy.stats import f as f_distribution
@@ -22,6 +23,7 @@ from physident.excitation.motion.sequence import MotionSequence
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.excitation.session.choice import choose
 from physident.excitation.session.evidence import ENOUGH, Evidence, _power_of_f
+from physident.excitation.session.loads import with_load
 from physident.excitation.session.pieces import cell_of, make_pieces
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.questions import OpenQuestion
@@ -72,7 +74,7 @@ def test_the_power_is_that_of_simulated_regressions() -> None:
 
 def test_noncentrality_is_what_least_squares_leaves_of_the_column(arm, noise, questions) -> None:
     model = pid.Model.nominal(arm)
-    evidence = Evidence(model, None, noise, questions[:1])
+    evidence = Evidence(model, noise, questions[:1])
     motion = random_trajectory(arm, 3, base_frequency=0.1, duration=20.0)
     shown = evidence.shown(motion)
     time, q, v, a = motion.sample(125.0)
@@ -113,11 +115,22 @@ def test_a_session_keeps_its_time_and_every_limit(arm, noise, questions) -> None
     assert "expected to be settled" in repr(session)
 
 
+def test_an_arm_that_is_slow_or_has_nothing_open_still_gets_a_session(arm, noise) -> None:
+    slow = pid.Model.nominal(with_limits(arm, "speed=0.1 acceleration=0.05"))
+    for minutes, load in ((0.75, None), (1.0, 1.0)):
+        session = plan_session(slow, (), noise, Budget(minutes=minutes, limits="joint", pool=6, load=load))
+        assert session.duration <= 60 * minutes + 1e-6
+        assert [leg.role for leg in session.legs if not leg.loaded].count("fit") >= 2
+        assert all(leg.trajectory.violations(slow.robot) == [] for leg in session.legs)
+    with pytest.raises(pid.InputError, match="one with the load"):
+        Budget(minutes=0.75, load=1.0)
+
+
 def test_a_planned_session_shows_more_than_random_ones_of_as_many_pieces(arm, noise, questions) -> None:
     model = pid.Model.nominal(arm)
     budget = Budget(minutes=1.0, limits="joint", seed=4, pool=10)
     session = plan_session(model, questions, noise, budget)
-    evidence = Evidence(model, None, noise, questions)
+    evidence = Evidence(model, noise, questions)
     cell = cell_of(model, None, "joint", None, 0.02, None, 4)
     shown = [evidence.shown(piece.motion) for piece in make_pieces(cell, 10, False, 5)]
     total = shown[0]
@@ -135,6 +148,26 @@ def test_a_planned_session_shows_more_than_random_ones_of_as_many_pieces(arm, no
     fitted = [evidence.shown(leg.trajectory) for leg in session.legs if leg.role == "fit"]
     random = [share(some) for some in itertools.combinations(shown, len(fitted))]
     assert share(fitted) > np.quantile(random, 0.8)
+
+
+def test_a_load_is_carried_last_and_within_the_torque_limits(arm, noise, questions) -> None:
+    model = pid.Model.nominal(arm)
+    session = plan_session(model, questions, noise, Budget(minutes=2.0, limits="joint", seed=4, pool=6, load=1.5))
+    assert [leg.loaded for leg in session.legs] == [False] * (len(session.legs) - 1) + [True]
+    assert session.duration <= 120
+    assert session.outlook is not None
+    assert "drive-gains" in session.outlook.notes[-1]
+    time = np.arange(0, 15, 0.02)
+    states = replace(session.legs[-1].trajectory.states(time), rate=50.0)
+    extra = with_load(model, 1.5).torque(states) - model.torque(states)
+    x, y, z = arm.tool
+    body = pin.Inertia(1.5, np.array([x, y, z]), np.zeros((3, 3)))  # the load, added to the last link by pinocchio
+    heavy, bare = arm.pinocchio.copy(), arm.pinocchio.copy()
+    heavy.inertias[arm.n] += body
+    for k in (100, 300, 600):
+        state = states.q[k], states.v[k], states.a[k]
+        expected = pin.rnea(heavy, heavy.createData(), *state) - pin.rnea(bare, bare.createData(), *state)
+        np.testing.assert_allclose(extra[k], expected, atol=1e-9)
 
 
 def test_choices_are_within_the_budget_and_near_the_best() -> None:

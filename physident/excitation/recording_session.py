@@ -18,7 +18,8 @@ from physident.excitation.limits.joint_limits import joint_margins
 from physident.excitation.limits.workspace import CLEARANCE, Workspace
 from physident.excitation.motion.trajectory import Trajectory
 from physident.excitation.session.first import assumed_noise, first_questions, noise_of
-from physident.excitation.session.plan import Budget, plan_session, with_load
+from physident.excitation.session.loads import with_load
+from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.questions import OpenQuestion
 from physident.excitation.session.session import Leg, Session
 from physident.robots.robot import Robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -102,8 +103,15 @@ def plan(
     if not 0 < rate <= MAX_RATE:
         raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
     height = None if no_table else table
-    Settings(limits=limits, harmonics=5, base_frequency=0.1, periods=1, seed=seed, table=height, clearance=clearance,
-             meshes=meshes, starts=1, generations=1)  # pyright: ignore[reportArgumentType]  # fmt: skip
+    checked: dict[str, Any] = {
+        "limits": limits,
+        "seed": seed,
+        "table": height,
+        "clearance": clearance,
+        "meshes": meshes,
+    }
+    Settings(harmonics=5, base_frequency=0.1, periods=1, starts=1, generations=1, **checked)
+    _check_folder(out)
     settings: dict[str, Any] = {
         "minutes": minutes, "load": load, "limits": limits, "table": height, "clearance": clearance, "meshes": meshes,
         "seed": seed, "pool": pool,
@@ -144,6 +152,13 @@ def plan(
     typer.echo(
         f"{session!r}\nwritten: {folder}: {len(session.legs)} motions (.json, .csv, .script, .yaml), session.json; look at it with: rerun {preview}"
     )
+
+
+def _check_folder(folder: Path) -> None:
+    """Raises InputError, before any work, where a folder cannot be made."""
+    existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise InputError(f"--out {str(folder)!r} cannot be made in {str(existing)!r}; expected a folder to write into")
 
 
 def _made(folder: Path) -> Path:

@@ -74,22 +74,16 @@ def resume_session(
     ``columns`` are those of a first session; a later one keeps the earlier diagnosis's. Raises InputError where a leg to fit is missing,
     or the model that was asked about is.
     """
-    if missing := [leg.name for leg in session.legs if leg.role == "fit" and leg.name not in recordings]:
+    # loaded pieces tell the drive gains only
+    fitted = [leg.name for leg in session.legs if leg.role == "fit" and not leg.loaded]
+    if missing := [name for name in fitted if name not in recordings]:
         raise InputError(f"{missing[0]} has no recording; expected one for each piece that is fitted")
     before = session.diagnosis
     gains = None if before is None else before.drive_gains
-    roles = {leg.name: leg.role for leg in session.legs}
-    new = [one.with_default_drive_gains(gains) for name, one in recordings.items() if roles[name] == "fit"]
-    holdout = [one.with_default_drive_gains(gains) for name, one in recordings.items() if roles[name] == "holdout"]
-    loaded = {leg.name for leg in session.legs if leg.loaded}
-    if (
-        loaded
-    ):  # the load is not what is asked about: what it weighs is subtracted nowhere, so only bare pieces are pooled
-        new = [
-            one
-            for name, one in zip([n for n in recordings if roles[n] == "fit"], new, strict=True)
-            if name not in loaded
-        ]
+    held_out = [leg.name for leg in session.legs if leg.role == "holdout" and leg.name in recordings]
+    new, holdout = (
+        [recordings[name].with_default_drive_gains(gains) for name in names] for names in (fitted, held_out)
+    )
     earlier = [] if before is None else earlier_recordings(before)
     known = {one.sha256 for one in new + holdout}
     earlier = [one for one in earlier if one.sha256 not in known]

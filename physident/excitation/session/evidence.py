@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import f, ncf, norm
 
+from physident.dynamics.column_structure import kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
 from physident.effects.effect import Effect
@@ -50,28 +51,34 @@ class _Places:
 
 
 class Evidence:
-    """What motions of an arm would show of ``questions``; ``heavy`` is the model with a known load, for loaded motions."""
+    """What motions of an arm would show of ``questions``."""
 
-    def __init__(self, model: Model, heavy: Model | None, noise: Noise, questions: Sequence[OpenQuestion]) -> None:
-        self.model, self.heavy, self.noise, self.questions = model, heavy or model, noise, tuple(questions)
+    def __init__(self, model: Model, noise: Noise, questions: Sequence[OpenQuestion]) -> None:
+        self.model, self.noise, self.questions = model, noise, tuple(questions)
         base = find_base_parameters(model.robot, model.effects).independent
         extra: list[Effect] = []
         self.places = [self._placed(one, base, extra) for one in self.questions]
         self.effects = (*model.effects, *extra)
         self.sizes: list[Array] = [np.array(one.sizes) for one in self.questions]
 
-    def shown(self, motion: Motion, loaded: bool = False) -> Shown:
-        """What a recording of a motion would show."""
-        model, noise, n = self.heavy if loaded else self.model, self.noise, self.model.robot.n
+    def shown(self, motion: Motion) -> Shown:
+        """What a recording of a motion would show; nothing where every joint stays below the speed at which rows count."""
         time, q, v, a = motion.sample(RATE)
-        plan = Signals(
-            time, q, v, a, None, np.full_like(q, TEMPERATURE), rate=RATE, cutoff=noise.filter.cutoff, source="a planned motion"
-        )  # fmt: skip
-        signals = replace(model.refer(plan), torque=np.zeros_like(q))
-        return self.of_signals(signals, model, n)
+        cutoff, warm = self.noise.filter.cutoff, np.full_like(q, TEMPERATURE)
+        plan = Signals(time, q, v, a, None, warm, rate=RATE, cutoff=cutoff, source="a planned motion")
+        signals = replace(self.model.refer(plan), torque=np.zeros_like(q))
+        kept = kept_rows(self.model.robot, signals, self.noise.filter, moving_only=True)
+        return self.of_signals(signals) if any(len(piece.rows) for piece in kept) else self.nothing
 
-    def of_signals(self, signals: Signals, model: Model, n: int) -> Shown:
+    @property
+    def nothing(self) -> Shown:
+        """What no motion shows."""
+        size = sum(len(effect.columns(self.model.robot)) for effect in self.effects)
+        return Shown(np.zeros((size, size)), np.zeros(self.model.robot.n))
+
+    def of_signals(self, signals: Signals) -> Shown:
         """What signals of a motion show."""
+        model = self.model
         noise = self.noise
         regressor = build_regressor(model.robot, self.effects, [signals], noise.filter, model=model)
         memory = np.maximum(regressor.kept_rate / noise.worth, 1.0)

@@ -25,7 +25,7 @@ NOTICED = 0.05  # of power: a smaller loss is not worth a word
 
 def piece_purpose(piece: Piece) -> str:
     """What a piece of its kind is for."""
-    return PURPOSES[piece.kind] + (", with the load" if piece.loaded else "")
+    return PURPOSES[piece.kind]
 
 
 def worse_without(evidence: Evidence, every: Shown, one: Shown) -> tuple[str, ...]:

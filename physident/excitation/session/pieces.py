@@ -165,11 +165,12 @@ def _poses(cell: Cell, rng: np.random.Generator) -> PointToPoint:
     lower, upper = np.maximum(limits.lower, home - FREE_RANGE), np.minimum(limits.upper, home + FREE_RANGE)
     targets = home + SHARE * (rng.uniform(lower, upper, (POSES, cell.robot.n)) - home)
     speed, acceleration = SHARE * float(limits.speed.min()), SHARE * float(limits.acceleration.min())
-    for count in range(POSES, 0, -1):
-        moves = PointToPoint(np.vstack([home, targets[:count], home]), speed, acceleration, pause=0.6)
-        if moves.duration <= LENGTH:
-            return moves
-    return PointToPoint(np.vstack([home, targets[:1], home]), speed, acceleration)
+    while True:
+        for count in range(POSES, 0, -1):
+            moves = PointToPoint(np.vstack([home, targets[:count], home]), speed, acceleration, pause=0.6)
+            if moves.duration <= LENGTH:
+                return moves
+        targets = home + SHRINK * (targets - home)  # an arm too slow to go so far and back
 
 
 def _middle(limits: JointLimits) -> Array:

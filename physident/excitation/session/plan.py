@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.payload import Payload
 from physident.errors import InputError, NotSolvedError
 from physident.excitation.design import Limits
 from physident.excitation.detectability import Noise
 from physident.excitation.limits.workspace import CLEARANCE
 from physident.excitation.session.choice import choose
 from physident.excitation.session.evidence import Evidence, Shown
+from physident.excitation.session.loads import LoadedPieces, loaded_pieces, with_load
 from physident.excitation.session.outlook import expectations_of, piece_purpose, worse_without
 from physident.excitation.session.pieces import LENGTH, Piece, cell_of, make_pieces
 from physident.excitation.session.questions import OpenQuestion, RangeQuestion
@@ -25,7 +25,9 @@ from physident.excitation.session.ranges import Ranges, covered, open_ranges, ra
 from physident.excitation.session.session import Leg, Outlook, Session
 
 Array = NDArray[np.float64]
-SHORTEST = 3 * LENGTH  # s: two pieces to fit and one to hold out
+SHORTEST = 3 * LENGTH  # s: the fewest pieces to fit and one to hold out
+LONGEST = 60.0  # min
+FEWEST = 2  # pieces to fit
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
 SMALLEST_POOL, LARGEST_POOL = 4, 200
@@ -46,9 +48,12 @@ class Budget:
     pool: int = POOL
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.minutes) and SHORTEST / 60 <= self.minutes <= 60):
+        shortest = (SHORTEST + (0.0 if self.load is None else LENGTH)) / 60
+        if not (np.isfinite(self.minutes) and shortest <= self.minutes <= LONGEST):
+            more = "" if self.load is None else ", and one with the load"
             raise InputError(
-                f"minutes is {self.minutes:g}, expected {SHORTEST / 60:g} to 60: two pieces of {LENGTH:g} s to fit and one to hold out"
+                f"minutes is {self.minutes:g}, expected {shortest:g} to {LONGEST:g}: two pieces of {LENGTH:g} s to fit and one to hold"
+                f" out{more}"
             )
         if not SMALLEST_POOL <= self.pool <= LARGEST_POOL:
             raise InputError(f"pool is {self.pool}, expected {SMALLEST_POOL} to {LARGEST_POOL} motions to choose from")
@@ -82,24 +87,26 @@ def plan_session(
     """
     heavy = None if budget.load is None else with_load(model, budget.load)
     cell = cell_of(model, heavy, budget.limits, budget.table, budget.clearance, budget.meshes, budget.seed)
-    evidence = Evidence(model, heavy, noise, questions)
+    evidence = Evidence(model, noise, questions)
     pieces = make_pieces(cell, budget.pool, False, budget.seed + 1)
-    pieces += [] if heavy is None else make_pieces(cell, budget.pool, True, budget.seed + 2)
-    if len([p for p in pieces if not p.loaded]) < 3:
+    loaded = None if heavy is None else loaded_pieces(model, heavy, cell, noise, budget.minutes, budget.seed + 2)
+    if len(pieces) < 3:
         raise NotSolvedError(
             "fewer than three motions within the limits were found; expected wider limits, another --table, or --limits joint"
         )
     candidates = []
     for k, piece in enumerate(pieces):
-        candidates.append(_Candidate(piece, evidence.shown(piece.motion, piece.loaded), ranges_of(model, piece.motion)))
+        candidates.append(_Candidate(piece, evidence.shown(piece.motion), ranges_of(model, piece.motion)))
         progress((k + 1) / (len(pieces) + 2))
     possible = reduce(Ranges.joined, (one.ranges for one in candidates))
     evidence.sized_by(reduce(Shown.__add__, (one.shown for one in candidates)))
     ranges = open_ranges(shown_ranges, possible)
     score = _Score(evidence, ranges, shown_ranges, possible, budget.minutes)
-    chosen, holdout = _chosen(candidates, budget, score, heavy is not None)
+    chosen, holdout = _chosen(candidates, budget, score, 0.0 if loaded is None else loaded.duration)
     progress(1.0)
-    return _session(chosen, holdout, budget, score, noise_words, (*notes, *_load_notes(heavy, chosen)))
+    session = _session(chosen, holdout, budget, score, noise_words, tuple(notes))
+    session = session if loaded is None else _with_loaded(session, loaded)
+    return _with_spare_time(session, budget.minutes)
 
 
 class _Score:
@@ -121,12 +128,7 @@ class _Score:
 
     def shown(self, chosen: Sequence[_Candidate]) -> Shown:
         """What some candidates show together."""
-        p = len(self.evidence.questions) and len(chosen)
-        if not p:
-            n = self.evidence.model.robot.n
-            size = sum(len(e.columns(self.evidence.model.robot)) for e in self.evidence.effects)
-            return Shown(np.zeros((size, size)), np.zeros(n))
-        return reduce(Shown.__add__, (one.shown for one in chosen))
+        return reduce(Shown.__add__, (one.shown for one in chosen), self.evidence.nothing)
 
     def joined(self, chosen: Sequence[_Candidate]) -> Ranges | None:
         """The ranges of some candidates and of earlier recordings."""
@@ -143,25 +145,22 @@ class _Score:
 
 
 def _chosen(
-    candidates: list[_Candidate], budget: Budget, score: _Score, loaded: bool
+    candidates: list[_Candidate], budget: Budget, score: _Score, taken: float
 ) -> tuple[list[_Candidate], _Candidate]:
-    """The candidates to fit, and the one to hold out: of the Fourier pieces, the one that moves most."""
-    free = [one for one in candidates if not one.piece.loaded and one.piece.kind == "fourier"] or candidates
-    holdout = max(free, key=lambda one: float(np.mean(one.ranges.size / np.maximum(score.possible.size, 1e-12))))
+    """The candidates to fit, and the one to hold out: of the Fourier pieces, the one that moves most. ``taken`` [s] is spent already."""
+    free = [one for one in candidates if one.piece.kind == "fourier"] or candidates
+    room = np.maximum(score.possible.size, 1e-12)
+    holdout = max(free, key=lambda one: float(np.mean(one.ranges.size / room)))
     rest = [one for one in candidates if one is not holdout]
     seconds = [one.piece.motion.duration for one in rest]
-    spare = budget.minutes * 60 - holdout.piece.motion.duration
+    spare = budget.minutes * 60 - holdout.piece.motion.duration - taken
     spare -= 2 * LENGTH if budget.minutes * 60 >= WITH_WARM_UP else 0.0
-    start = (
-        [next(i for i, one in enumerate(rest) if one.piece.loaded)]
-        if loaded and any(o.piece.loaded for o in rest)
-        else []
+    picked = choose(rest, seconds, spare, score)
+    # a diagnosis compares recordings: where nothing is open, still the pieces that move most
+    others = sorted(
+        (i for i in range(len(rest)) if i not in picked), key=lambda i: -float(np.mean(rest[i].ranges.size / room))
     )
-    if loaded and not start:
-        raise NotSolvedError(f"no motion with {budget.load:g} kg keeps every limit; expected a lighter load")
-    picked = choose(rest, seconds, spare, score, start)
-    if not picked:  # nothing is open: still the most moving pieces, so that there is something to fit
-        picked = list(range(min(len(rest), max(1, int(spare // LENGTH)))))
+    picked += others[: max(0, FEWEST - len(picked))]
     return [rest[i] for i in picked], holdout
 
 
@@ -173,30 +172,26 @@ def _session(
     noise_words: str,
     notes: tuple[str, ...],
 ) -> Session:
-    """The legs in the order to record them: without the load first, so that it is attached once."""
-    chosen = sorted(chosen, key=lambda one: one.piece.loaded)
+    """The legs in the order to record them, and what is expected of them."""
     long = budget.minutes * 60 >= WITH_WARM_UP
-    names = [f"{k:02d}_{one.piece.kind}{'_loaded' if one.piece.loaded else ''}" for k, one in enumerate(chosen, 1)]
+    names = [f"{k:02d}_{one.piece.kind}" for k, one in enumerate(chosen, 1)]
     legs = []
     for name, one in zip(names, chosen, strict=True):
         settles = worse_without(score.evidence, score.shown(chosen), one.shown)
         legs.append(_leg(name, one.piece, piece_purpose(one.piece), settles))
-    unloaded = [k for k, one in enumerate(chosen) if not one.piece.loaded]
-    fourier = [k for k in unloaded if chosen[k].piece.kind == "fourier"] or unloaded
+    fourier = [k for k, one in enumerate(chosen) if one.piece.kind == "fourier"] or [0]
     last = _leg(
         f"{len(chosen) + 1:02d}_validation", holdout.piece, "validation: nothing is fitted to it", (), holdout=True
     )
-    if not (long and fourier):
-        place = len(unloaded)
-        legs.insert(place, last)
-    else:
+    legs.append(last)
+    if long:
         first = chosen[fourier[0]]
         warm = _leg("00_warm_up", first.piece, "warms gears and grease; not fitted", (), warm_up=True)
         repeat = _leg(
             f"{len(chosen) + 2:02d}_repeat", first.piece,
             f"repeats {names[fourier[0]]}: what differs is the noise floor and the drift", (),
         )  # fmt: skip
-        legs = [warm, *legs[: len(unloaded)], last, repeat, *legs[len(unloaded) :]]
+        legs = [warm, *legs, repeat]
         chosen = [*chosen, first]
     outlook = Outlook(
         expectations=expectations_of(
@@ -208,6 +203,15 @@ def _session(
         notes=notes,
     )
     return Session(tuple(legs), (), outlook)
+
+
+def _with_spare_time(session: Session, minutes: float) -> Session:
+    """The session with a note where it is done before its time."""
+    spare = minutes - session.duration / 60
+    if session.outlook is None or spare * 60 < LENGTH:
+        return session
+    note = f"{spare:.1f} of {minutes:g} minutes are left: more pieces are not expected to settle more"
+    return replace(session, outlook=replace(session.outlook, notes=(*session.outlook.notes, note)))
 
 
 def _leg(
@@ -227,17 +231,15 @@ def _curve(chosen: list[_Candidate], score: _Score) -> tuple[tuple[float, float]
     return tuple(result)
 
 
-def _load_notes(heavy: Model | None, chosen: Sequence[_Candidate]) -> tuple[str, ...]:
-    loaded = sum(one.piece.loaded for one in chosen)
-    return () if heavy is None else (f"{loaded} pieces carry the load; fix it to the tool before them, once",)
-
-
-def with_load(model: Model, load: float) -> Model:
-    """The model with a point mass [kg] at the tool."""
-    x, y, z = model.robot.tool
-    body = load * np.array([1, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
-    names = [effect.name for effect in model.effects]
-    if Payload.name not in names:
-        return Model(model.robot, (*model.effects, Payload()), np.concatenate([model.theta, body]))
-    parts = [theta + body if e.name == Payload.name else theta for e, theta in model.effect_parameters()]
-    return replace(model, theta=np.concatenate(parts))
+def _with_loaded(session: Session, loaded: LoadedPieces) -> Session:
+    """The session with its loaded pieces last, so that the load is fixed to the tool once."""
+    first = 1 + sum(not leg.warm_up for leg in session.legs)
+    legs = [
+        _leg(
+            f"{first + k:02d}_{one.kind}_loaded", one, "with the load: the drive gains; not pooled with the others", ()
+        )
+        for k, one in enumerate(loaded.pieces)
+    ]
+    assert session.outlook is not None
+    outlook = replace(session.outlook, notes=(*session.outlook.notes, loaded.note))
+    return replace(session, legs=(*session.legs, *legs), outlook=outlook)

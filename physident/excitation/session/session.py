@@ -137,7 +137,8 @@ class Session:
             f"   {leg.purpose or leg.role}"
             for leg in self.legs
         ]
-        fitted = sum(leg.role == "fit" for leg in self.legs)
+        pooled = [leg for leg in self.legs if self.outlook is None or not leg.loaded]
+        fitted = sum(leg.role == "fit" for leg in pooled)
         verdict = (
             f"{fitted} recordings to fit, each left out once, and {sum(leg.holdout for leg in self.legs)} held out"
         )
