@@ -1,12 +1,13 @@
-# Two commands: `make demo` and `make test`. Both set up .venv first; a second run does not reinstall.
+# `make demo`, `make test`, `make docs` and `make wheel`. All but the last set up .venv first; a second run does not reinstall.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 # small matrices: BLAS threads that wait for a busy core cost more than they bring
 export OPENBLAS_NUM_THREADS := 1
 STAMP := $(VENV)/.installed
+DOCS_STAMP := $(VENV)/.installed_docs
 
-.PHONY: demo test lint types suite studies clean
+.PHONY: demo test lint types suite studies docs wheel clean
 
 demo: $(STAMP)
 	$(BIN)/physident demo
@@ -25,6 +26,17 @@ suite: $(STAMP)
 
 studies: $(STAMP)
 	for study in $$(grep -l '^# fast' studies/*/run.py); do echo "== $$study"; $(BIN)/python $$study || exit 1; done
+
+docs: $(DOCS_STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "built: build/site/index.html"
+
+wheel:
+	PYTHON=$(PYTHON) .ci/wheel
+
+$(DOCS_STAMP): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	touch $(DOCS_STAMP)
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "physident needs Python 3.11 or newer: make PYTHON=python3.11 demo")'

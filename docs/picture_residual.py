@@ -44,7 +44,9 @@ def draw(pair: Pair, robot: pid.Robot, title: str) -> None:
     fig, axes = style.figure((robot.n + 1) // 2, 2, size=(5.0, 1.35), sharex=True)
     time = np.arange(len(pair.before.time)) / pair.before.rate
     for j, axis in enumerate(axes.ravel()[: robot.n]):
-        for p, name, colour in zip(pair.both, ("before", "after"), (style.RESIDUAL, style.PREDICTED), strict=False):
+        for p, name, colour in zip(
+            pair.both, ("model as it was", "extended model"), (style.AS_IT_WAS, style.EXTENDED), strict=False
+        ):
             axis.plot(time, p.residual[:, j], color=colour, label=name, linewidth=1.0)
         sizes = [float(p.rms[j]) for p in pair.both]
         axis.set_title(f"joint {j + 1}: {' to '.join(f'{s:.3g}' for s in sizes)} N m RMS", fontsize=9, loc="left")

@@ -1,4 +1,4 @@
-"""Writes the tables of README from the studies' kept results, so that no number is typed by hand."""
+"""Writes the tables of docs/measured.md and of README from the studies' kept results, so that no number is typed by hand."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def measured() -> str:
     rows += _simulated() + _diagnosed() + _designed()
     lines = ["| what | figure | study |", "|---|---|---|"]
     return "\n".join(
-        lines + [f"| {what} | {figure} | [{study}](studies/{study}/README.md) |" for what, figure, study in rows]
+        lines + [f"| {what} | {figure} | [{study}](../studies/{study}/README.md) |" for what, figure, study in rows]
     )
 
 
@@ -241,19 +241,48 @@ def errors(values: list[float]) -> str:
     return " ".join(f"{value:.1f}" for value in values)
 
 
-BLOCKS = {"real arms": real_arms, "found on real arms": found_on_real_arms, "measured": measured}
+def in_short() -> str:
+    """The few figures of README, in plain words."""
+    honest, arms = results("calibration")["coverage"]["wls"], results("real_arms")
+    sets, load = list(results("blind_trials")["sets"].values()), results("payload")["simulated"]["2.6"]
+    left = arms["a"]["left_out_mean"]
+    named_first = min(one["first"]["percent"] for one in sets)
+    accused = max(one["false"]["percent"] for one in sets)
+    return "\n".join(
+        [
+            f"- Real UR10e, runs that were not fitted: the default model errs by {errors(left['before'])} % on joints 1 to 6, the"
+            f" model extended by its diagnosis by {errors(left['after'])} %.",
+            f"- Simulated arms with one hidden effect: it is named first in {named_first:.0f} % of trials; a healthy arm is"
+            f" accused in {accused:.0f} %. The friction law there is the estimator's own; on arms with other physics the rates are"
+            " lower ([open world](studies/open_world/README.md)).",
+            f"- Confidence intervals of 95 % hold the true value in {honest['lowest_percent']:.0f} to"
+            f" {honest['highest_percent']:.0f} % of identifications, with correlated noise.",
+            f"- A load of 2.6 kg is weighed to {load['mass_worst_percent']:.1f} % or better from 20 s of simulated motion.",
+        ]
+    )
 
 
-def filled(text: str) -> str:
-    """README's text with every marked block made anew."""
-    for name, make in BLOCKS.items():
+PAGES = {
+    ROOT / "docs" / "measured.md": {
+        "real arms": real_arms,
+        "found on real arms": found_on_real_arms,
+        "measured": measured,
+    },
+    ROOT / "README.md": {"in short": in_short},
+}
+
+
+def filled(page: Path) -> str:
+    """The text of a page with every marked block made anew."""
+    text = page.read_text(encoding="utf-8")
+    for name, make in PAGES[page].items():
         block = f"<!-- {name} -->\n{make()}\n<!-- /{name} -->"
         text, count = re.subn(rf"<!-- {name} -->.*?<!-- /{name} -->", lambda _, block=block: block, text, flags=re.S)
         if count != 1:
-            raise SystemExit(f"README.md: {count} blocks named {name!r}, expected one")
+            raise SystemExit(f"{page.name}: {count} blocks named {name!r}, expected one")
     return text
 
 
 if __name__ == "__main__":
-    readme = ROOT / "README.md"
-    readme.write_text(filled(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(filled(page), encoding="utf-8")

@@ -89,6 +89,7 @@ def test_it_survives_the_model_file(healthy_estimate: pid.Estimate, tmp_path: Pa
     healthy_estimate.save(tmp_path / "model.json")
     again = pid.load_estimate(tmp_path / "model.json").information
     assert again is not None
+    assert healthy_estimate.information is not None
     assert np.array_equal(again, healthy_estimate.information)
 
 

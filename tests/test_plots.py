@@ -136,10 +136,10 @@ def test_colours_of_a_figure_are_told_apart_without_red_or_green() -> None:
     """Machado et al. (2009), eq. 6: what remains of a colour for a dichromat; distances in linear RGB stay apart."""
     protan = np.array([[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]])
     deutan = np.array([[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]])
-    used = [style.MEASURED, style.PREDICTED, style.RESIDUAL]
+    used = [style.MEASURED, style.AS_IT_WAS, style.EXTENDED, style.OTHER]
     rgb = np.array([[int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)] for colour in used])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     for seen in (np.eye(3), protan, deutan):
         shown = linear @ seen.T
-        apart = np.linalg.norm(shown[:, None] - shown[None], axis=2)[np.triu_indices(3, 1)]
+        apart = np.linalg.norm(shown[:, None] - shown[None], axis=2)[np.triu_indices(len(used), 1)]
         assert apart.min() > 0.2

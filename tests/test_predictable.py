@@ -23,7 +23,7 @@ def states(seed: int, count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
 def slow_noise(seed: int, count: int = 4000) -> np.ndarray:
     """Noise that remembers for a second and knows nothing of the state."""
     keep = np.exp(-1 / RATE)
-    noise = lfilter([1.0], [1.0, -keep], np.random.default_rng(seed).standard_normal(count))
+    noise = np.asarray(lfilter([1.0], [1.0, -keep], np.random.default_rng(seed).standard_normal(count)))
     return noise / noise.std()
 
 

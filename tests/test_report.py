@@ -161,15 +161,15 @@ def test_recordings_are_drawn_only_with_the_hash_that_was_diagnosed(folder: Path
     last = text[-1].split(",")
     (tmp_path / "two.csv").write_text("\n".join([*text[:-1], ",".join([*last[:-1], "0.123"])]) + "\n")
     page = page_of(tmp_path, moved)
-    assert "two.csv: changed" in page.text
+    assert "Curves are missing of two.csv (changed:" in page.text
     assert [h.text for h in page.all("h3")].count("one.csv") == 1
     (tmp_path / "two.csv").unlink()
     (tmp_path / "one.csv").write_text("no recording")
     page = page_of(tmp_path, moved)
-    assert not page.all("svg")
+    assert not page.all("div", "chart")
     assert "No torque is drawn: none of the recordings could be read again." in page.text
-    assert "two.csv: not found" in page.text
-    assert "one.csv: cannot be read again" in page.text
+    assert "Curves are missing of one.csv (cannot be read again" in page.text
+    assert "two.csv (not found)." in page.text
 
 
 def test_a_model_that_lacked_structure_before_is_said_to(folder: Path, tmp_path: Path) -> None:

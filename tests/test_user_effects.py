@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -37,7 +38,7 @@ BAD = {
 
 
 @pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with the tutorial's effect in my_effects.py; the catalogue is as before afterwards."""
     monkeypatch.chdir(tmp_path)
     Path("my_effects.py").write_text(CLASS, encoding="utf-8")
@@ -65,7 +66,7 @@ def test_the_tutorial_prints_what_it_says(tmp_path: Path) -> None:
 def test_its_exported_function_is_the_stated_law(own: Path, ur5: pid.Robot) -> None:
     (law,) = pid.load_effects("my_effects.py")
     base = pid.Model.nominal(ur5, ["rigid_body"])
-    pid.export_python(pid.Model(ur5, (*base.effects, law(joints=(3,))), [*base.theta, 2.5]), "arm.py")
+    pid.export_python(pid.Model(ur5, (*base.effects, law(joints=(3,))), np.append(base.theta, 2.5)), "arm.py")
     space: dict = {}
     exec(Path("arm.py").read_text(encoding="utf-8"), space)
     motion = random_motion(ur5, seed=3)

@@ -66,11 +66,11 @@ def test_the_words_have_every_number_of_a_finding(diagnosis: DiagnosisRecord) ->
 def test_models_of_a_diagnosis_are_shown_once(diagnosis: DiagnosisRecord, model: pid.Model) -> None:
     assert diagnosis.extended is not None
     alone = compose({}, [], diagnosis, None, None)
-    assert list(alone.models) == ["diagnosed", "extended"]
+    assert list(alone.models) == ["model as it was", "extended model"]
     assert alone.filter.cutoff == 7.0
     estimate: Any = type("E", (), {"model": model, "filter": pid.Filter(3.0), "drive_gains": None, "layout": None})()
     both = compose({"mine": estimate}, [], diagnosis, None, None)
-    assert list(both.models) == ["mine", "extended"]  # the first is the diagnosed one, known by its numbers
+    assert list(both.models) == ["model as it was", "extended model"]  # the diagnosed one is known by its numbers
     assert both.filter.cutoff == 3.0
     assert compose({"mine": estimate}, [], diagnosis, None, 6.0).filter.cutoff == 6.0
 
@@ -81,7 +81,11 @@ def test_a_diagnosis_of_another_arm_is_refused(diagnosis: DiagnosisRecord, model
     with pytest.raises(pid.InputError, match="the diagnosis is of robot ur5, model mine is of other"):
         compose({"mine": estimate}, [], diagnosis, None, None)
     moved: Any = type("E", (), {**vars(type(estimate)), "model": replace(model, theta=model.theta * 1.01)})()
-    assert list(compose({"mine": moved}, [], diagnosis, None, None).models) == ["diagnosed", "mine", "extended"]
+    assert list(compose({"mine": moved}, [], diagnosis, None, None).models) == [
+        "model as it was",
+        "mine",
+        "extended model",
+    ]
 
 
 def test_a_design_is_read_back_with_its_limits(tmp_path: Any, ur5: pid.Robot) -> None:

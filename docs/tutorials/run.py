@@ -1,4 +1,7 @@
-"""Run the tutorials in this folder and write their outputs into them: `python docs/tutorials/run.py`.
+"""Run the tutorials and the how-to pages that are played, and write their outputs into them: `python docs/tutorials/run.py`.
+
+A page with the comment `<!-- played with: NAMES -->` starts with these recordings (recordings.py) in its folder. With words after the
+command, only the pages with such words in their names are run.
 
 Python blocks and lines that start with `physident` are run in order, in an empty folder; a Python block whose first line is the
 name of a file, as a comment, is saved as that file. The text block after them gets their output.
@@ -11,6 +14,7 @@ import io
 import os
 import re
 import shlex
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +24,8 @@ from physident.cli import run
 
 FOLDER = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(python|sh|text)\n(.*?)^```\n", flags=re.S | re.M)
+PLAYED = re.compile(r"^<!-- played(?: with: (.*?))? -->$", flags=re.M)
+WAITING = re.compile(r"physident: .*, \d+ s")  # printed by slow machines only
 FILE = re.compile(r"# (\w+\.py)\n")
 
 
@@ -72,13 +78,31 @@ def _printing() -> Iterator[io.StringIO]:
 
 
 def _lines(text: str) -> str:
-    """The lines without trailing spaces."""
-    return "".join(f"{line.rstrip()}\n" for line in text.strip("\n").splitlines())
+    """The lines without trailing spaces, and without those that say how long a slow machine has worked."""
+    kept = [line.rstrip() for line in text.strip("\n").splitlines() if not WAITING.fullmatch(line)]
+    return "".join(f"{line}\n" for line in kept)
+
+
+def pages() -> dict[Path, tuple[str, ...]]:
+    """Every page that is played, with the names of the recordings that it starts with."""
+    found = {}
+    for path in sorted([*FOLDER.glob("*.md"), *(FOLDER.parent / "how-to").glob("*.md")]):
+        mark = PLAYED.search(path.read_text(encoding="utf-8"))
+        if mark is not None or path.parent == FOLDER:
+            found[path] = tuple(((mark and mark[1]) or "").split())
+    return found
 
 
 if __name__ == "__main__":
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    for path in sorted(FOLDER.glob("*.md")):
+    sys.path.insert(0, str(FOLDER))
+    from recordings import put
+
+    for path, names in pages().items():
+        if sys.argv[1:] and not any(word in path.name for word in sys.argv[1:]):
+            continue
         with tempfile.TemporaryDirectory() as folder:
+            for name in names:
+                put(name, Path(folder))
             path.write_text(played(path.read_text(encoding="utf-8"), Path(folder)), encoding="utf-8")
         print(f"written: {path.name}")

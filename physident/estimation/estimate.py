@@ -14,6 +14,7 @@ from physident.estimation.estimate_text import estimate_text
 from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import WLS, estimator_as_dict
 from physident.estimation.physical.certificate import Certificate
+from physident.estimation.results.notebook import estimate_html
 from physident.estimation.results.predictions import Predictions, predictions_of
 from physident.estimation.results.values import value_figure, value_frame
 from physident.files import write_json
@@ -115,6 +116,9 @@ class Estimate(EstimatedModel):
 
     def __repr__(self) -> str:
         return estimate_text(self)
+
+    def _repr_html_(self) -> str:
+        return estimate_html(self, estimate_text(self))
 
 
 def as_estimate(model: Estimate | Model, filter: Filter) -> Estimate:

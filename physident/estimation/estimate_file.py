@@ -17,8 +17,8 @@ from physident.estimation.physical.certificate import Certificate
 from physident.estimation.shapes.shape_uncertainty import FoundShape
 from physident.files import naming, read_json
 from physident.json_records import NotNegative, Positive, RecordReader, Share
+from physident.recordings.channels import check_gains
 from physident.recordings.columns.reading import Reading
-from physident.recordings.recording import check_gains
 from physident.recordings.signals import Filter
 
 REMEDY = "identify it again"

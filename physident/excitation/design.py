@@ -15,6 +15,7 @@ from physident.excitation.motion.series import Series
 from physident.excitation.motion.trajectory import Trajectory
 from physident.excitation.task import UNSCALED, Task
 from physident.identifiability.manipulability import Manipulability
+from physident.notebook import results_html
 
 Limits = Literal["all", "joint"]
 LIMITS: tuple[Limits, ...] = ("all", "joint")
@@ -116,6 +117,23 @@ class Design:
         # the condition number of scaled columns has no usual size
         quality = f"{band}; " if self.weighting == UNSCALED else ""
         return f"{self.summary}\nverdict: {quality}{self.limits_verdict}"
+
+    def _repr_html_(self) -> str:
+        title, *_, verdict = repr(self).splitlines()
+        head = ("limit", "where", "reached", "allowed", "margin", "unit", "shaped the motion")
+        rows = [
+            (
+                m.limit,
+                m.where,
+                f"{m.reached:.4g}",
+                f"{m.allowed:.4g}",
+                f"{m.margin:.3g}",
+                m.unit,
+                "yes" if m.active else "",
+            )
+            for m in self.margins
+        ]
+        return results_html(f"{title}; condition number {self.condition:.2f}", head, rows, verdict)
 
     def _limit_row(self, limit: str) -> str:
         """The smallest margin to one limit, and where the limit was active."""

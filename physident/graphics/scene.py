@@ -52,7 +52,7 @@ def log_arm(
     import rerun as rr
     from scipy.spatial.transform import Rotation
 
-    rec.log(root, rr.Transform3D(mat3x3=_upright(robot.gravity)), rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    rec.log(root, rr.Transform3D(mat3x3=upright(robot.gravity)), rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     rotations, positions = link_poses(robot, q)
     for i in range(robot.n):
         quaternions = Rotation.from_matrix(rotations[i]).as_quat()
@@ -134,7 +134,7 @@ def _turns(axis: Array, angle: Array) -> Array:
     return np.eye(3) + np.sin(angle)[:, None, None] * K + (1 - np.cos(angle))[:, None, None] * (K @ K)
 
 
-def _upright(gravity: Sequence[float]) -> Array:
+def upright(gravity: Sequence[float]) -> Array:
     """The rotation (3, 3) of the base frame that makes gravity point down on the screen; identity without gravity."""
     if not np.any(gravity) or np.allclose(np.asarray(gravity) / np.linalg.norm(gravity), [0, 0, -1]):
         return np.eye(3)

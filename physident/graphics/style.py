@@ -8,10 +8,14 @@ from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Family
 
 FORMATS = (".png", ".pdf", ".svg")
-MEASURED, PREDICTED, RESIDUAL, SECOND = "#000000", "#0072B2", "#D55E00", "#009E73"
+# one colour for each role, in figures, sessions and reports: black is measured, orange the model as it was, blue the extended
+# model, green what belongs to neither
+MEASURED, AS_IT_WAS, EXTENDED, OTHER = "#000000", "#D55E00", "#0072B2", "#009E73"
+RESIDUAL = AS_IT_WAS  # of a link: that of the model as it was
 # on the viewer's background, which may be black or white: grey where figures have black, and one colour for each model
 SESSION_MEASURED = "#8C8C8C"
-MODELS = ("#3D9BE0", "#1FB58A", "#E69F00", "#CC79A7", "#B4A54B")
+MODELS = ("#E8772E", "#3D9BE0", "#1FB58A", "#CC79A7", "#B4A54B")
+POSITION, VELOCITY = "#1FB58A", "#3D9BE0"
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 # one colour for each effect of the catalogue, the same in every figure, session and report: as different as 28 colours can
 # be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -61,3 +63,11 @@ def printable(text: Any) -> str:
     return "".join(
         sign if sign.isprintable() else sign.encode("unicode_escape", "surrogatepass").decode() for sign in str(text)
     )
+
+
+def check_gains(gains: Sequence[float], n: int, source: str) -> None:
+    """Raises InputError unless drive gains [N m/A] are ``n`` finite numbers other than zero."""
+    if len(gains) != n:
+        raise InputError(f"{source}: {len(gains)} drive gains, expected {n}, one for each joint [N m/A]")
+    if not all(isinstance(g, int | float) and math.isfinite(g) and g != 0 for g in gains):
+        raise InputError(f"{source}: drive gains are {list(gains)}, expected finite numbers other than zero [N m/A]")

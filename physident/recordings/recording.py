@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,12 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from physident.errors import InputError, warn
 from physident.large_arrays import blocks, is_finite, is_increasing, scaled
-from physident.recordings.channels import BadRow, Channels, EffortKind, numbers, read_only
+from physident.recordings.channels import BadRow, Channels, EffortKind, check_gains, numbers, read_only
 from physident.recordings.columns.joint_names import joint_order
 from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.columns.reading import Reading
 from physident.recordings.formats.frame import frame_of, table_of_frame
 from physident.recordings.formats.table import Table
+from physident.recordings.notebook import recording_html
 from physident.recordings.rows import good_rows
 
 if TYPE_CHECKING:
@@ -261,6 +261,9 @@ class Recording:
         text = f"Recording {self.source}: {self.n} joints, {self.duration:.1f} s at {rate:.0f} Hz, {self.effort_kind}"
         return text + (f", {len(self.rejected)} bad rows left out" if self.rejected else "")
 
+    def _repr_html_(self) -> str:
+        return recording_html(self)
+
 
 def recording_from_rows(
     channels: Channels,
@@ -289,11 +292,3 @@ def recording_from_rows(
 def recording_count(count: int) -> str:
     """A number of recordings in words: "1 recording", "2 recordings"."""
     return "1 recording" if count == 1 else f"{count} recordings"
-
-
-def check_gains(gains: Sequence[float], n: int, source: str) -> None:
-    """Raises InputError unless drive gains [N m/A] are ``n`` finite numbers other than zero."""
-    if len(gains) != n:
-        raise InputError(f"{source}: {len(gains)} drive gains, expected {n}, one for each joint [N m/A]")
-    if not all(isinstance(g, int | float) and math.isfinite(g) and g != 0 for g in gains):
-        raise InputError(f"{source}: drive gains are {list(gains)}, expected finite numbers other than zero [N m/A]")

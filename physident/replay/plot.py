@@ -10,7 +10,7 @@ from physident.graphics import style
 from physident.replay.replay import Replayed
 from physident.robots.robot import Robot
 
-LINES = (("before", style.RESIDUAL), ("after", style.PREDICTED))
+LINES = (("before", style.AS_IT_WAS), ("after", style.EXTENDED))
 
 
 def plot_replay(replayed: Replayed, robot: Robot, path: str | Path) -> None:

@@ -21,7 +21,7 @@ from physident.replay.score import Replay
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-ARMS = (("before", style.RESIDUAL), ("after", style.PREDICTED))
+ARMS = (("before", style.AS_IT_WAS), ("after", style.EXTENDED))
 ALPHA = 90  # of 255: a simulated arm is transparent
 TOOL = 0.008  # m: radius of the tool's point, a third of which is that of the arrow to where it is simulated
 NEAR = 0.25  # of the distance of the whole arm

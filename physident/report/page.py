@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 
 from markupsafe import Markup
@@ -53,7 +54,7 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("style", Markup(STYLE)),
     )
     sections = [
-        answer(c), joint_errors(c), *causes(c), torques(c, recordings), *evidence(c), unseen(c), advice(c),
+        answer(c, recordings, date.today()), joint_errors(c), *causes(c), torques(c, recordings), *evidence(c), unseen(c), advice(c),
         provenance(c, recordings, command),
     ]  # fmt: skip
     return f"<!doctype html>\n{tag('html', head, tag('body', tag('main', *sections)), lang='en')}\n"

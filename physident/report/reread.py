@@ -23,7 +23,8 @@ class Reread:
 
 
 def reread(contents: DiagnosisRecord) -> tuple[Reread, ...]:
-    """All recordings of a diagnosis, searched at their path, then at that path from the diagnosis file's folder."""
+    """All recordings of a diagnosis, searched at their path, then at that path from the diagnosis file's folder, then by their file's
+    name in that folder and in the present one; only one with the hash of the diagnosis is taken."""
     return tuple(_reread(contents, used) for used in contents.recordings)
 
 
@@ -43,7 +44,9 @@ def _reread(c: DiagnosisRecord, used: UsedRecording) -> Reread:
 
 def _places(c: DiagnosisRecord, path: str) -> list[Path]:
     """The files and folders that a path may mean, each once."""
-    places = [Path(path)] if c.path is None else [Path(path), c.path.parent / path]
+    name = Path(path).name
+    folders = [] if c.path is None else [c.path.parent / path, c.path.parent / name]
+    places = [Path(path), *folders, Path(name)]
     try:
         return list({place.resolve(): place for place in places if is_there(place)}.values())
     except (OSError, ValueError):  # a path that no file can have

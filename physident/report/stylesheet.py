@@ -5,11 +5,23 @@ STYLE = """
 * { box-sizing: border-box; }
 body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
   -webkit-print-color-adjust: exact; print-color-adjust: exact; overflow-wrap: break-word; }
-main { max-width: 76rem; margin: 0 auto; padding: 1.5rem 1rem 3rem; }
+main { max-width: 104rem; margin: 0 auto; padding: 1.5rem 1rem 3rem; }
 h1 { font-size: clamp(1.5rem, 1.1rem + 1.8vw, 2.3rem); line-height: 1.2; margin: .3rem 0 .8rem; }
 h2 { font-size: 1.3rem; margin: 2.5rem 0 .6rem; border-bottom: 2px solid var(--ink); padding-bottom: .2rem; }
 h3 { font-size: 1.05rem; margin: 1.2rem 0 .4rem; }
-p, ul { max-width: 46rem; margin: .5rem 0; }
+p, ul { max-width: 50rem; margin: .5rem 0; }
+header { display: grid; grid-template-columns: 1fr minmax(14rem, 24rem); gap: 1rem 3rem; align-items: start; }
+.practice { list-style: none; padding: .2rem 1rem; border-left: .3rem solid #0072B2; background: #eef4f9; font-size: 1.12rem; }
+.practice li { margin: .3rem 0; }
+.arm { break-inside: avoid; }
+.arm svg { display: block; width: 100%; max-height: 24rem; }
+.arm p { margin: .1rem 0; }
+.arm .link { stroke: #a9a9a9; stroke-width: 13; stroke-linecap: round; vector-effect: none; }
+.arm .foot { fill: #6e6e6e; }
+.arm text { text-anchor: middle; font-size: 14px; fill: var(--soft); }
+.arm text.marked { fill: var(--ink); font-weight: 700; }
+.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 40rem), 1fr)); gap: 1rem 1.5rem; align-items: start; }
+.cards article { margin: 0; min-width: 0; }
 .lead { font-size: 1.12rem; }
 .mark { color: var(--soft); margin: 0; }
 .mark b { color: #fff; background: #5a5a5a; border-radius: .8rem; padding: .1rem .7rem; margin-left: .4rem; white-space: nowrap; }
@@ -64,6 +76,8 @@ rect.band { fill: #e4e4ef; }
   border: 1px solid #fff; }
 .scale .threshold { color: var(--ink); font-weight: 600; }
 @media (max-width: 60rem) {
+  header { grid-template-columns: 1fr; }
+  .arm { max-width: 22rem; }
   .level { grid-template-columns: 6.5rem 1fr; }
   .level .name, .level .bars { grid-column: 1 / -1; }
 }
@@ -75,11 +89,16 @@ rect.band { fill: #e4e4ef; }
   table.numbers td { width: auto; }
   td:not(:first-child)::before { content: attr(data-label) " "; color: var(--soft); font-size: .85rem; }
 }
-@page { margin: 14mm; }
+@page { margin: 14mm 14mm 18mm; @bottom-right { content: counter(page) " / " counter(pages); font: 9pt sans-serif; color: #5a5a5a; } }
 @media print {
   body { font-size: 10.5pt; }
   main { max-width: none; padding: 0; }
-  h2, h3, h3 + p, .legend { break-after: avoid; }
+  h2, h3, h3 + p, .legend, thead { break-after: avoid; }
+  tr, li, figure, .scale, .caution, .practice, pre { break-inside: avoid; }
+  header { grid-template-columns: 1fr 15rem; gap: 1rem; }
+  .cards { display: block; }
+  .cards article { margin: 0 0 1rem; }
+  p { orphans: 3; widows: 3; }
   .level { grid-template-columns: 10rem 1fr 6rem 16rem; font-size: 9.5pt; }
   .level .name, .level .bars { grid-column: auto; }
   .joints { grid-template-columns: 1fr 1fr; gap: .8rem 1.2rem; }

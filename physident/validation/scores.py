@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.notebook import results_html
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
 from physident.threads import one_thread
@@ -59,7 +60,7 @@ class Score:
 
     def __repr__(self) -> str:
         rows = [
-            f"{recording_count(len(self.recordings))}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored",
+            self._title,
             "joint                        rms [N m]  error %  in motion  of rows   100 |measured - predicted| / |measured|",
         ]
         rows += [
@@ -67,6 +68,21 @@ class Score:
             for j, name in enumerate(self.joints)
         ]
         return "\n".join(rows)
+
+    @property
+    def _title(self) -> str:
+        return f"{recording_count(len(self.recordings))}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored"
+
+    def _repr_html_(self) -> str:
+        head = ("joint", "RMS [N m]", "error [%]", "error in motion [%]", "of the rows")
+        values = (self.rms, self.relative_all, self.relative, self.moving_share)
+        rows = [
+            (f"{j} {name}", f"{rms:.4g}", f"{all_rows:.2f}", _or_dash(moving), f"{share:.0%}")
+            for j, name, rms, all_rows, moving, share in zip(
+                range(1, len(self.joints) + 1), self.joints, *values, strict=True
+            )
+        ]
+        return results_html(self._title, head, rows, "The error is 100 |measured − predicted| / |measured|.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +108,32 @@ class Gain:
     def __repr__(self) -> str:
         b, a = self.before, self.after
         rows = [
-            f"{recording_count(len(b.recordings))}, cutoff {b.cutoff:g} Hz, {100 * b.share:.0f} % of the time scored",
+            b._title,
             "joint                        rms [N m] before    after  error % before  after  gain of rms %",
         ]
         for j, name in enumerate(b.joints):
             rows.append(
                 f"{j + 1:5d} {name:<22} {b.rms[j]:16.4g} {a.rms[j]:8.4g} {b.relative_all[j]:15.2f} {a.relative_all[j]:6.2f} {self.reduction[j]:14.1f}"
             )
-        total = 100 * (1 - np.linalg.norm(a.rms / b.rms) / np.sqrt(len(b.rms)))
-        verdict = (
+        return "\n".join([*rows, self._verdict])
+
+    @property
+    def _verdict(self) -> str:
+        total = 100 * (1 - np.linalg.norm(self.after.rms / self.before.rms) / np.sqrt(len(self.before.rms)))
+        level = (
             "as good as the first" if abs(total) < 0.05 else f"{abs(total):.1f} % {'better' if total > 0 else 'worse'}"
         )
-        return "\n".join([*rows, f"verdict: the second model is {verdict} (RMS, every joint alike)"])
+        return f"verdict: the second model is {level} (RMS, every joint alike)"
+
+    def _repr_html_(self) -> str:
+        b, a = self.before, self.after
+        head = ("joint", "RMS before [N m]", "after", "error before [%]", "after", "gain of RMS [%]")
+        rows = [
+            (f"{j + 1} {name}", *(f"{x.rms[j]:.4g}" for x in (b, a)), *(f"{x.relative_all[j]:.2f}" for x in (b, a)),
+             f"{self.reduction[j]:.1f}")
+            for j, name in enumerate(b.joints)
+        ]  # fmt: skip
+        return results_html(b._title, head, rows, self._verdict)
 
 
 @one_thread

@@ -26,6 +26,7 @@ RESIDUAL_IN_WORDS: dict[Verdict, str] = {
 }
 INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
+AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
 
 
 def in_words(text: str) -> str:
@@ -80,11 +81,6 @@ def numbered(joints: Sequence[int]) -> str:
             runs.append([joint])
     texts = [[f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(joint) for joint in run] for run in runs]
     return listed([text for run in texts for text in run])
-
-
-def model_label(question: Question) -> str:
-    """The label of the diagnosed model beside the extended one."""
-    return "nominal model" if question == "nominal" else "model as identified"
 
 
 def listed(items: Sequence[object]) -> str:

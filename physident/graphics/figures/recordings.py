@@ -25,8 +25,8 @@ def plot_predictions(
     for j, (axis, name) in enumerate(zip(axes[:, 0], joints, strict=True)):
         measured, predicted = p.measured[:, j], p.predicted[:, j]
         axis.plot(time, measured, color=style.MEASURED, label="measured")
-        axis.plot(time, predicted, color=style.PREDICTED, label="predicted")
-        axis.plot(time, measured - predicted, color=style.RESIDUAL, label="difference", linewidth=0.8)
+        axis.plot(time, predicted, color=style.AS_IT_WAS, label="predicted")
+        axis.plot(time, measured - predicted, color=style.OTHER, label="difference", linewidth=0.8)
         for border in borders:
             axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
         error = 100 * np.linalg.norm(measured - predicted) / np.linalg.norm(measured)

@@ -18,7 +18,7 @@ from physident.robots.robot import Robot
 from physident.validation.comparison import Pair, contact_bands, predict_pair
 
 HEAD_WIDTH = 110  # characters
-LINES = (("before", style.RESIDUAL, 0.9), ("after", style.PREDICTED, 1.1))  # name, colour, width
+LINES = (("before", style.AS_IT_WAS, 0.9), ("after", style.EXTENDED, 1.1))  # name, colour, width
 
 
 def torque_units(robot: Robot) -> tuple[str, ...]:
@@ -80,7 +80,7 @@ def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Pa
 def _draw_curve(axis: Any, curve: CurveBand, unit: str) -> None:
     """A learned curve with its 95 % band."""
     axis.fill_between(curve.x, curve.low, curve.high, color="0.85", linewidth=0)
-    axis.plot(curve.x, curve.torque, color=style.SECOND)
+    axis.plot(curve.x, curve.torque, color=style.OTHER)
     axis.axhline(0.0, color="0.6", linewidth=0.8)
     axis.set_ylabel(f"learned [{unit}]")
     axis.set_xlabel(f"{curve.quantity} [{curve.unit}]")

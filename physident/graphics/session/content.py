@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from physident.diagnosis.result.record import DiagnosisRecord
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.dynamics.model import Model
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
@@ -51,11 +52,7 @@ def compose(
                     f"the diagnosis is of robot {diagnosis.model.robot.name}, model {name} is of {model.robot.name}; expected"
                     " both of one arm"
                 )
-        given = {model_hash(m) for m in shown.values()}
-        if model_hash(diagnosis.model) not in given:
-            shown = {_unused_name("diagnosed", shown): diagnosis.model, **shown}
-        if diagnosis.extended is not None and model_hash(diagnosis.extended) not in given:
-            shown[_unused_name("extended", shown)] = diagnosis.extended
+        shown = _with_roles(shown, diagnosis)
     first = next(iter(models.values()), None)
     chosen = robot if robot is not None else next((m.robot for m in shown.values()), None)
     if chosen is None:
@@ -75,5 +72,9 @@ def model_hash(model: Model) -> str:
     return hashlib.sha256(repr(model.as_dict()).encode()).hexdigest()
 
 
-def _unused_name(name: str, taken: Mapping[str, Model]) -> str:
-    return name if name not in taken else _unused_name(f"{name} (diagnosis)", taken)
+def _with_roles(models: Mapping[str, Model], diagnosis: DiagnosisRecord) -> dict[str, Model]:
+    """The models and both of a diagnosis, each once; those of the diagnosis have the names of their roles."""
+    both = {AS_IT_WAS: diagnosis.model} | ({} if diagnosis.extended is None else {EXTENDED: diagnosis.extended})
+    roles = {model_hash(model): role for role, model in both.items()}
+    named = {roles.get(model_hash(m), f"{name} (given)" if name in both else name): m for name, m in models.items()}
+    return ({} if AS_IT_WAS in named else {AS_IT_WAS: diagnosis.model}) | named | both

@@ -47,6 +47,6 @@ def _log_progress(rec: rr.RecordingStream, plan: Plan) -> None:
     iteration = np.arange(1.0, len(progress) + 1)
     axes = chart.Axes.about(iteration, progress, logarithmic=True)
     chart.log_axes(rec, "design/progress", axes, "iteration", "condition number")
-    chart.log_line(rec, "design/progress/condition_number", axes, iteration, progress, style.MODELS[0])
+    chart.log_line(rec, "design/progress/condition_number", axes, iteration, progress, style.OTHER)
     if 0 < plan.generations < len(progress):
         chart.log_mark(rec, "design/progress/ipopt", axes, plan.generations + 0.5, "IPOPT begins")

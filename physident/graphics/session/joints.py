@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from physident.diagnosis.result.wording import EXTENDED
 from physident.graphics import style
 from physident.graphics.session import chart
 from physident.graphics.session.data import Prediction, SessionData
@@ -18,9 +20,9 @@ if TYPE_CHECKING:
 
 def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None:
     """Log each joint's curves under ``joints/J``, its charts under ``charts/J`` (J from 1), and the legends."""
-    models = {p.name: model_colour(i) for i, p in enumerate(data.predictions)}
+    models = model_colours([p.name for p in data.predictions])
     chart.log_legend(rec, "legend/models", {"measured": style.SESSION_MEASURED, **models})
-    chart.log_legend(rec, "legend/motion", {"position": style.MODELS[1], "velocity": style.MODELS[0]})
+    chart.log_legend(rec, "legend/motion", {"position": style.POSITION, "velocity": style.VELOCITY})
     if models:
         chart.log_legend(rec, "legend/residual", models)
     for p in data.predictions:
@@ -31,10 +33,10 @@ def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None
         root = f"joints/{j + 1}"
         kind = robot.joints[j].kind
         curve(rec, f"{root}/torque/measured", data.time, data.measured[:, j], "measured", style.SESSION_MEASURED, 4.0)
-        curve(rec, f"{root}/velocity", data.time, data.v[:, j], "velocity", style.MODELS[0])
-        curve(rec, f"{root}/position", data.time, data.q[:, j], "position", style.MODELS[1])
-        for number, p in enumerate(data.predictions):
-            colour = model_colour(number)
+        curve(rec, f"{root}/velocity", data.time, data.v[:, j], "velocity", style.VELOCITY)
+        curve(rec, f"{root}/position", data.time, data.q[:, j], "position", style.POSITION)
+        for p in data.predictions:
+            colour = models[p.name]
             curve(rec, f"{root}/torque/predicted/{path_part(p.name)}", data.time, p.torque[:, j], p.name, colour)
             curve(rec, f"{root}/residual/{path_part(p.name)}", data.time, data.residual(p)[:, j], p.name, colour)
             _log_effects(rec, f"{root}/effects/{path_part(p.name)}", data, p, j)
@@ -42,9 +44,12 @@ def log_joints(rec: rr.RecordingStream, data: SessionData, robot: Robot) -> None
             _log_charts(rec, data, j, kind == "prismatic")
 
 
-def model_colour(number: int) -> str:
-    """The colour of a model by its number (from 0)."""
-    return style.MODELS[number % len(style.MODELS)]
+def model_colours(names: Sequence[str]) -> dict[str, str]:
+    """The colour of each model: orange for the first one, blue for the extended model or the second one, then others."""
+    order = [name for name in names if name != EXTENDED]
+    if EXTENDED in names:
+        order.insert(1, EXTENDED)
+    return {name: style.MODELS[number % len(style.MODELS)] for number, name in enumerate(order)}
 
 
 def effects_of(prediction: Prediction, joint: int) -> list[str]:
@@ -59,14 +64,14 @@ def _log_effects(rec: rr.RecordingStream, root: str, data: SessionData, p: Predi
 
 def _log_charts(rec: rr.RecordingStream, data: SessionData, j: int, prismatic: bool) -> None:
     """Charts of the residual against velocity and position: points of the first model, a median line of each model."""
-    first = data.residual(data.predictions[0])[:, j]
+    first, colours = data.residual(data.predictions[0])[:, j], model_colours([p.name for p in data.predictions])
     length, effort = ("m", "N") if prismatic else ("rad", "N m")
     for name, x, unit in (("velocity", data.v[:, j], f"{length}/s"), ("position", data.q[:, j], length)):
         root = f"charts/{j + 1}/{name}"
         axes = chart.Axes.about(x[np.isfinite(first)], first)
         chart.log_axes(rec, root, axes, f"{name} [{unit}]", f"residual [{effort}]")
-        chart.log_points(rec, f"{root}/points", axes, x, first, model_colour(0))
-        for number, p in enumerate(data.predictions):
+        chart.log_points(rec, f"{root}/points", axes, x, first, colours[data.predictions[0].name])
+        for p in data.predictions:
             middle = chart.binned_median(x, data.residual(p)[:, j])
-            chart.log_line(rec, f"{root}/median/{path_part(p.name)}", axes, *middle, model_colour(number))
+            chart.log_line(rec, f"{root}/median/{path_part(p.name)}", axes, *middle, colours[p.name])
         chart.log_cursor(rec, f"{root}/now", axes, data.time, x, first)

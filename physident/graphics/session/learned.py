@@ -32,4 +32,4 @@ def log_learned(rec: rr.RecordingStream, diagnosis: DiagnosisRecord) -> None:
         )
         for name, values in (("low", low), ("high", high)):
             chart.log_line(rec, f"learned/{k}/{name}", axes, x, values, style.SESSION_MEASURED)
-        chart.log_line(rec, f"learned/{k}/curve", axes, x, np.array(curve.torque), style.MODELS[1])
+        chart.log_line(rec, f"learned/{k}/curve", axes, x, np.array(curve.torque), style.MODELS[2])

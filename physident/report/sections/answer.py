@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from datetime import date
+
 import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline, listed, wrong_baseline_sentence
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, listed, wrong_baseline_sentence
 from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
+from physident.report.reread import Reread
+from physident.report.sections.arm import arm_picture
+from physident.report.sections.practice import practice
 
 MARKS = {
     "explained": "explained",
@@ -24,17 +30,28 @@ INCOMPLETE_MODEL = (
 WORSE = 1.0  # %: a smaller rise is not mentioned
 
 
-def answer(c: DiagnosisRecord) -> Markup:
-    """The head of the page."""
-    return tag(
-        "header",
-        tag(
-            "p", f"Diagnosis of {c.model.robot.name}", " ", tag("b", MARKS[c.verdict], class_=c.verdict), class_="mark"
-        ),
+def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Markup:
+    """The head of the page: the answer in words, what to do, and the arm with the joints of each cause."""
+    mark = tag("b", MARKS[c.verdict], class_=c.verdict)
+    text = tag(
+        "div",
+        tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
         tag("h1", headline(c.question, c.verdict, c.causes)),
+        *_practice(c),
         tag("p", *_gains(c), RESIDUAL_IN_WORDS[c.verdict], class_="lead"),
         *_cautions(c),
     )
+    return tag("header", text, arm_picture(c, recordings))
+
+
+def _practice(c: DiagnosisRecord) -> list[Markup]:
+    """One sentence for each cause: what it means, and what to do."""
+    items = [
+        tag("li", tag("strong", f"{name[0].upper()}{name[1:]}. "), practice(f.effect))
+        for f in c.causes
+        if (name := cause(f.effect, f.joints))
+    ]
+    return [tag("ul", *items, class_="practice")] if items else []
 
 
 def judged_on(c: DiagnosisRecord) -> str:

@@ -12,7 +12,7 @@ from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, listed, searches_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.figures.residual import torque_units
-from physident.graphics.style import SECOND, effect_colour
+from physident.graphics.style import OTHER, effect_colour
 from physident.report.chart import Line, line_chart
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import number, percent, quantity
@@ -23,7 +23,7 @@ def causes(c: DiagnosisRecord) -> list[Markup]:
     if not c.findings:
         return []
     cards = [_card(c, n, finding) for n, finding in enumerate(c.findings, 1)]
-    return [tag("section", tag("h2", "What was found"), *cards)]
+    return [tag("section", tag("h2", "What was found"), tag("div", *cards, class_="cards"))]
 
 
 def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
@@ -50,7 +50,7 @@ def _curve(c: DiagnosisRecord, curve: CurveBand) -> Markup:
     """A learned curve with the ends of its 95 % band."""
     x, unit = np.array(curve.x), torque_units(c.model.robot)[curve.joint - 1]
     ends = [Line("95 % band", x, np.array(values), "#999999", 0.8) for values in (curve.low, curve.high)]
-    middle = Line("learned", x, np.array(curve.torque), SECOND, 1.6)
+    middle = Line("learned", x, np.array(curve.torque), OTHER, 1.6)
     title = f"Joint {curve.joint}: learned torque with its 95 % band"
     return line_chart([*ends, middle], unit, title, over=f"{curve.quantity} [{curve.unit}]")
 

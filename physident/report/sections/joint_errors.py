@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import model_label
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.graphics import style
 from physident.graphics.figures.residual import torque_units
 from physident.report.chart import legend
@@ -20,9 +20,9 @@ FLOOR = " The floor is the part of the torque that differs between repetitions o
 def joint_errors(c: DiagnosisRecord) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
-    names = [(model_label(c.question), style.RESIDUAL)]
+    names = [(AS_IT_WAS, style.AS_IT_WAS)]
     if c.findings:
-        names.append(("extended model", style.PREDICTED))
+        names.append((EXTENDED, style.EXTENDED))
     return tag(
         "section",
         tag("h2", "Each joint before and after" if c.findings else "The error of each joint"),
@@ -40,7 +40,7 @@ def joint_errors(c: DiagnosisRecord) -> Markup:
 
 def _row(c: DiagnosisRecord, j: int, largest: float) -> Markup:
     unit = torque_units(c.model.robot)[j]
-    shown = [(c.before, style.RESIDUAL), (c.after, style.PREDICTED)][: 2 if c.findings else 1]
+    shown = [(c.before, style.AS_IT_WAS), (c.after, style.EXTENDED)][: 2 if c.findings else 1]
     bars = [
         tag("div", tag("i", style=f"width:{100 * x.relative[j] / largest:.1f}%;background:{colour}"), class_="bar")
         for x, colour in shown

@@ -11,7 +11,7 @@ from importlib.metadata import version
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import model_label
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.dynamics.model import Model
 from physident.files import VERSION
 from physident.report.markup import table, tag
@@ -39,8 +39,8 @@ def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
         rows.append(("diagnosis", tag("span", str(c.path), " ", tag("code", c.sha256 or ""))))
     rows += [
         ("robot", f"{robot.name}, {robot.n} joint{'s' if robot.n > 1 else ''}"),
-        (model_label(c.question), _model(c.model)),
-        *([("extended model", _model(c.extended))] if c.extended is not None else []),
+        (AS_IT_WAS, _model(c.model)),
+        *([(EXTENDED, _model(c.extended))] if c.extended is not None else []),
         ("low-pass", f"{c.filter.cutoff:g}{SPACE}Hz, the same for the torque and for every column of the model"),
     ]
     if c.layout is not None:

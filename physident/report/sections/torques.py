@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import model_label
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED, listed
 from physident.effects.contact import Contact
 from physident.errors import InputError
 from physident.graphics import style
@@ -20,14 +20,16 @@ from physident.report.reread import Reread
 from physident.validation.comparison import Pair, predict_pair
 
 MAX_DRAWN = 2  # recordings
-EXTENDED = "extended model"
 
 
 def torques(c: DiagnosisRecord, recordings: Sequence[Reread]) -> Markup:
     """Charts of the recordings that could be read again, and a note for each other one."""
     drawn = _chosen(c, recordings)
     lost = [one for one in recordings if one.recording is None]
-    notes = [tag("p", f"{c.short_name(one.used.path)}: {one.status}. Its torque is not drawn.") for one in lost]
+    notes = []
+    if lost:
+        missing = listed([f"{c.short_name(one.used.path)} ({one.status})" for one in lost])
+        notes.append(tag("p", f"Curves are missing of {missing}."))
     if more := [c.short_name(one.used.path) for one in recordings if one not in drawn and one not in lost]:
         notes.append(tag("p", f"Read again but not drawn: {', '.join(more)}.", class_="fine"))
     if not drawn:
@@ -52,9 +54,9 @@ def _charts(c: DiagnosisRecord, one: Reread) -> list[Markup]:
         pair = predict_pair(c.model, c.extended, [one.recording], c.filter, c.drive_gains)
     except InputError as error:
         return [head, tag("p", f"Read again, but its torque cannot be predicted: {error}.")]
-    names = [("measured", style.MEASURED), (model_label(c.question), style.RESIDUAL)]
+    names = [("measured", style.MEASURED), (AS_IT_WAS, style.AS_IT_WAS)]
     if pair.after is not None:
-        names.append((EXTENDED, style.PREDICTED))
+        names.append((EXTENDED, style.EXTENDED))
     text = "that no model was fitted to" if one.used.role == "holdout" else "that was diagnosed"
     bands = _bands(c, one.used.sha256)
     shaded = " Shaded: contact." if bands else ""
@@ -80,8 +82,8 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
     if not len(rows):
         return tag("figure", tag("figcaption", f"{title}: no row with motion"))
     time = pair.before.time[rows] - start
-    colours = (style.RESIDUAL, style.PREDICTED)
-    models = list(zip((model_label(c.question), EXTENDED), pair.both, colours, strict=False))
+    colours = (style.AS_IT_WAS, style.EXTENDED)
+    models = list(zip((AS_IT_WAS, EXTENDED), pair.both, colours, strict=False))
     predicted = [Line(name, time, (p.measured - p.residual)[rows, j], colour) for name, p, colour in models]
     residuals = [Line(name, time, p.residual[rows, j], colour) for name, p, colour in models]
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)

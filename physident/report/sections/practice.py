@@ -1,0 +1,54 @@
+"""What a cause means for somebody who runs the robot, and what to do about it: one sentence for each effect."""
+
+from __future__ import annotations
+
+from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import Family
+
+EFFECTS = {
+    "rigid_body": "The masses in the simulation are not those of this arm: identify the arm again, or correct its description.",
+    "rotor_inertia": "The simulation has the motors' own inertia wrong: enter the value below as the joint's armature.",
+    "viscous_friction": "Friction that grows with speed is not what the model has: warm up the arm and record again; if it stays, check the"
+    " lubricant.",
+    "coulomb_friction": "The joint needs another torque to start and keep moving than the model has: warm up and record again; if it stays, check"
+    " brake, seals and gear.",
+    "friction_asymmetry": "The joint turns more easily in one direction: check the gear's preload and the seals; until then use different friction"
+    " for each direction.",
+    "stribeck_friction": "The joint sticks more when it creeps: avoid creeping motions, or enter this friction in the controller; check the"
+    " lubricant if it is new.",
+    "nonlinear_viscous_friction": "Friction over speed is a curve, as grease has it: use the curve in the model; nothing is broken.",
+    "load_dependent_friction": "The gear rubs harder the more it carries: use this friction in the model; if it has grown since the last"
+    " recording, inspect the gear for wear.",
+    "presliding_hysteresis": "The joint gives way elastically before it slides: expect errors at reversals; if it is new, check gear and bearing"
+    " for play or wear.",
+    "warm_up": "Friction falls while the arm warms up: run it for ten minutes before measurements, and do not compare cold with warm recordings.",
+    "coupled_friction": "One joint's friction follows the motion of its neighbour, as gears shared by two joints make it: use both in the model;"
+    " if it is new, inspect that gear.",
+    "torque_constant": "The torque of this joint is scaled: check the drive gain that was given, then the motor (demagnetised or replaced) and its"
+    " current sensor.",
+    "torque_offset": "The torque reading is shifted by a constant: zero the torque or current sensor again.",
+    "time_delay": "Torque and position are not recorded at the same time: correct the clock of the recording before anything else.",
+    "torque_ripple": "Torque waves with the angle, as a gear's teeth or a motor's poles make it: if it is new, look for a damaged tooth.",
+    "joint_spring": "Something pulls the joint back: check cables, hoses and balancing springs.",
+    "joint_elasticity": "The joint twists under load: move more gently or damp the vibration; if it is new, check bolts and gear.",
+    "payload": "The arm carries a load that the model does not have: weigh the tool, and enter its mass and centre of mass in the controller.",
+    "link_inertia": "A link is heavier or lighter than the model says: look for cables, covers or devices that were added to it or removed.",
+    "gravity_tilt": "The base is not level, or is mounted at another angle than the model says: check the mount with a spirit level.",
+    "gravity_magnitude": "All weights are scaled alike: check the value of gravity in the simulation, then the scale of the torques.",
+    "joint_zero_offset": "The joint's zero is not where the model has it: calibrate the joint again.",
+    "contact": "The arm touched something at the times below: find out what it was before the recording is used for anything else.",
+}
+FAMILIES = {
+    Family.INERTIA: "The arm's masses differ from the model: look for what was added or removed.",
+    Family.FRICTION: "The friction of the joint differs from the model: warm up and record again; if it stays, inspect the gear.",
+    Family.TRANSMISSION: "The gear or its surroundings exert a torque that the model does not have: inspect gear, cables and springs.",
+    Family.MEASUREMENT: "The measurement differs from the torque: check sensors, gains and clock.",
+    Family.MOUNTING: "The arm is mounted or calibrated differently: check base and joint zeros.",
+    Family.CONTACT: "Something touched the arm: find out what.",
+}
+LEARNED = "No known law explains this torque, so its curve was learned: use it in the model, and look at the joint for the reason."
+
+
+def practice(effect: str) -> str:
+    """What an effect means and what to do, in one sentence; that of its family where it has none of its own."""
+    return EFFECTS.get(effect) or FAMILIES.get(CATALOGUE[effect].family, LEARNED)
