@@ -165,6 +165,7 @@ def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[s
     )
     page, record = tmp_path / "fleet.html", tmp_path / "drift.json"
     assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0
+    assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0  # replaces what it wrote
     text = page.read_text(encoding="utf-8")
     assert "1 of 6 arms need attention" in text
     assert "arm_2" in text

@@ -18,6 +18,7 @@ from physident.fleet.changes import changes_in
 from physident.fleet.dataset import read_rows
 from physident.fleet.naming import arm_and_day, pattern_of
 from physident.fleet.run import run_fleet
+from physident.fleet.work import Reading, make_baseline
 from physident.robots.robot import Robot
 
 pytest.importorskip("distributed", reason="needs the extra fleet")
@@ -115,6 +116,20 @@ def test_only_new_files_are_worked_on_and_a_broken_one_is_a_row(tmp_path: Path, 
     assert {"arm", "day", "parameter", "value", "low", "high", "finding", "error"} <= set(frame.columns)
     with pytest.raises(InputError, match="another baseline"):
         run_fleet(robot, every, "{robot}/{date}", out, workers=1, baseline=3)
+
+
+def test_a_baseline_leaves_out_files_that_cannot_be_used(tmp_path: Path, robot: Robot, runs: Path) -> None:
+    good, broken = str(runs / "arm1" / "2026-03-01.csv"), str(runs / "arm2" / "2026-03-04.csv")
+    still = tmp_path / "still.csv"
+    rows = np.loadtxt(good, delimiter=",", skiprows=1)
+    rows[:, 1:5] = [0.3, -0.2, 0.0, 0.0]
+    np.savetxt(still, rows, "%.12g", ",", header="time,q_1,q_2,dq_1,dq_2,tau_1,tau_2", comments="")
+    found = make_baseline(robot, [broken, str(still), good], 1, Reading())
+    assert isinstance(found, pid.Estimate)
+    assert [Path(source.path).name for source in found.sources] == ["2026-03-01.csv"]
+    reason = make_baseline(robot, [broken, str(still)], 1, Reading())
+    assert isinstance(reason, str)
+    assert "still.csv" in reason
 
 
 @pytest.mark.parametrize(

@@ -70,8 +70,7 @@ def identify(
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
-    filter = as_filter(filter)
-    initial = make_effects(effects)
+    filter, initial = as_filter(filter), make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)
     warnings = warn_of_setup(robot, recordings)
@@ -115,9 +114,8 @@ def with_shape_uncertainty(estimate: Estimate, regressor: Regressor, sensitiviti
     covariance = least_squares(extended, base, nominal, noise).covariance
     r = estimate.base.r
     # the covariance of a physical estimate also contains its prior: only the shape parameters' part is added to it
-    added = (
-        covariance[:r, :r] - least_squares(regressor, estimate.base, nominal[: len(estimate.theta)], noise).covariance
-    )
+    alone = least_squares(regressor, estimate.base, nominal[: len(estimate.theta)], noise).covariance
+    added = covariance[:r, :r] - alone
     total = covariance[:r, :r] if estimate.method in ("ols", "wls") else estimate.covariance + _positive(added)
     return replace(estimate, covariance=total, shape_parameters=sensitivities.found(robot, effects, covariance))
 
@@ -229,8 +227,7 @@ def _least_squares_solution(
 def smallest_share(P: Array) -> float:
     """Smallest eigenvalue of a symmetric matrix over its largest in size; zero for a zero matrix."""
     values = np.linalg.eigvalsh(P)
-    size = float(np.abs(values).max())
-    return float(values[0]) / size if size > 0 else 0.0
+    return float(values[0]) / size if (size := float(np.abs(values).max())) > 0 else 0.0
 
 
 def _refuse_brief(recordings: Sequence[Recording], regressor: Regressor) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -66,10 +66,13 @@ def run_fleet(
         Task(file=file, digest=file_hash(file), arm=arm, day=day, baseline=str(folder.baseline(arm).resolve()))
         for file, arm, day in named
     ]
-    tasks = {task.digest: task for task in every if not folder.part(task.digest).exists()}
+    # files of an arm without a baseline are tried again: newer ones may give it one
+    without = {arm for arm in {task.arm for task in every} if not folder.baseline(arm).exists()}
+    tasks = {task.digest: task for task in every if task.arm in without or not folder.part(task.digest).exists()}
     arms = {arm: [file for file, other, _ in named if other == arm] for arm in {task.arm for task in tasks.values()}}
     missing = {arm: own for arm, own in sorted(arms.items()) if not folder.baseline(arm).exists()}
     broken = finished = 0
+    reasons: dict[str, str] = {}
     if tasks:
         with cluster(scheduler, workers) as client:
             baselines = client.map(
@@ -81,7 +84,10 @@ def run_fleet(
             for arm, found in zip(missing, client.gather(baselines), strict=True):
                 if isinstance(found, Estimate):
                     found.save(folder.baseline(arm))
-            for rows in _each(client, list(tasks.values()), robot, reading):
+                else:
+                    reasons[arm] = found
+            given = [replace(task, reason=reasons.get(task.arm, "")) for task in tasks.values()]
+            for rows in _each(client, given, robot, reading):
                 write_rows(folder.part(rows[0]["hash"]), rows)
                 finished, broken = finished + 1, broken + ("error" in rows[0])
                 if done is not None:

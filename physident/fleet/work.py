@@ -13,12 +13,13 @@ from typing import Any
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimate_file import load_estimate
-from physident.estimation.identify import identify
+from physident.estimation.identify import identify, prepare_all
 from physident.fleet.candidates import words_of
 from physident.fleet.changes import Change, changes_in
 from physident.processes import VARIABLE
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
+from physident.recordings.signals import as_filter
 from physident.robots.robot import Robot
 
 LEVEL = 0.05 / 30  # of a finding: five per cent, shared by the parameters of an arm
@@ -35,13 +36,14 @@ class Reading:
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A file of an arm and a day, with its hash; ``baseline`` is the path of the arm's model file."""
+    """A file of an arm and a day, with its hash; ``baseline`` is the path of the arm's model file, ``reason`` why there is none."""
 
     file: str
     digest: str
     arm: str
     day: date
     baseline: str
+    reason: str = ""
 
 
 def read(file: str, robot: Robot, reading: Reading) -> Recording:
@@ -54,7 +56,10 @@ def make_baseline(robot: Robot, files: list[str], wanted: int, reading: Reading)
     recordings, reason = [], "no files"
     for file in files:
         try:
-            recordings.append(read(file, robot, reading))
+            with _quiet():
+                recording = read(file, robot, reading)
+                prepare_all(robot, [recording], as_filter(reading.cutoff))  # a pose at rest is no baseline
+            recordings.append(recording)
         except PhysidentError as error:
             reason = str(error)
         if len(recordings) == wanted:
@@ -74,7 +79,7 @@ def rows_of_file(task: Task, robot: Robot, reading: Reading) -> list[dict[str, A
     with _quiet():
         try:
             if not os.path.exists(task.baseline):
-                raise InputError("the arm has no baseline: none of its first recordings can be used")
+                raise InputError(task.reason or f"the arm's baseline {task.baseline} cannot be found by this worker")
             baseline = load_estimate(task.baseline)
             recording = read(task.file, robot, reading)
             converted = recording.with_default_drive_gains(baseline.drive_gains)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.regressor import Regressor
+from physident.dynamics.regressor import JointRows, Regressor
 from physident.errors import InputError
 from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
 from physident.estimation.uncertainty import block_labels
@@ -54,7 +54,7 @@ def _folds(regressor: Regressor) -> list[tuple[Regressor, Regressor]]:
 
 
 def _select(regressor: Regressor, rows: NDArray[np.intp]) -> Regressor:
-    joints = tuple(replace(joint, values=joint.values[rows]) for joint in regressor.joints)
+    joints = tuple(JointRows(joint.columns, joint.some(rows)) for joint in regressor.joints)
     return replace(
         regressor,
         joints=joints,

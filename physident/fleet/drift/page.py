@@ -10,6 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from physident.files import VERSION
 from physident.fleet.drift.alarms import Alarm, Drift, alarm_text
 from physident.fleet.drift.conditions import REFERENCE
 from physident.graphics.style import MEASURED, RESIDUAL, SECOND, SETTINGS
@@ -55,6 +56,7 @@ def page(drift: Drift) -> Markup:
         "head",
         tag("meta", charset="utf-8"),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        tag("meta", name="generator", content=f"physident {VERSION}"),
         tag("title", f"Fleet: {verdict}"),
         tag("style", Markup(STYLE)),
     )
