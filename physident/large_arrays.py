@@ -119,10 +119,16 @@ def scaled(values: Array, factors: Array) -> Array:
     return result
 
 
+def limits(values: Array) -> Array:
+    """The smallest and the largest (..., 2) of values (N, ...), N > 0."""
+    ends = [(values[rows].min(axis=0), values[rows].max(axis=0)) for rows in blocks(len(values))]
+    return np.stack([np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)], axis=-1)
+
+
 def extent(values: Array) -> Array:
     """The difference (...) of the largest and the smallest of values (N, ...), N > 0."""
-    ends = [(values[rows].max(axis=0), values[rows].min(axis=0)) for rows in blocks(len(values))]
-    return np.max([high for high, _ in ends], axis=0) - np.min([low for _, low in ends], axis=0)
+    ends = limits(values)
+    return ends[..., 1] - ends[..., 0]
 
 
 def magnitude(values: Array) -> Array:

@@ -66,7 +66,7 @@ def test_the_tutorial_prints_what_it_says(tmp_path: Path) -> None:
 def test_its_exported_function_is_the_stated_law(own: Path, ur5: pid.Robot) -> None:
     (law,) = pid.load_effects("my_effects.py")
     base = pid.Model.nominal(ur5, ["rigid_body"])
-    pid.export_python(pid.Model(ur5, (*base.effects, law(joints=(3,))), np.array([*base.theta, 2.5])), "arm.py")
+    pid.export_python(pid.Model(ur5, (*base.effects, law(joints=(3,))), np.append(base.theta, 2.5)), "arm.py")
     space: dict = {}
     exec(Path("arm.py").read_text(encoding="utf-8"), space)
     motion = random_motion(ur5, seed=3)

@@ -25,7 +25,7 @@ __all__ = ["app", "busy", "check_outputs", "progress", "read_recordings", "share
 COMMANDS = {  # by folder, in the order of --help
     "recordings": ("demo", "inspect", "design", "simulate"),
     "models": ("identify", "validate", "compare", "payload", "drive-gains", "base-parameters", "export", "replay"),
-    "diagnosis": ("diagnose", "report", "view"),
+    "diagnosis": ("diagnose", "plan", "resume", "report", "view"),
     "fleet": ("fleet", "drift"),
 }
 

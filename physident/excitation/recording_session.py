@@ -4,78 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from physident.arguments import checked
 from physident.dynamics.model import Model
-from physident.effects.payload import Payload
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.excitation.design import Design, Limits
+from physident.excitation.design import Limits
 from physident.excitation.design_trajectory import check_counts, design_trajectory
 from physident.excitation.limits.joint_limits import joint_margins
 from physident.excitation.limits.workspace import CLEARANCE, Workspace
 from physident.excitation.motion.trajectory import Trajectory
+from physident.excitation.session.first import assumed_noise, first_questions, noise_of
+from physident.excitation.session.plan import Budget, plan_session, with_load
+from physident.excitation.session.questions import OpenQuestion
+from physident.excitation.session.session import Leg, Session
 from physident.robots.robot import Robot
 from physident.threads import one_thread
 
 SHORTEST = 15.0  # s of a recording: room for blocks of ten correlation lengths and for the filter's ends
-
-
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """One recording of a session: its ``name``, its motion and the ``speed`` as a share of the designed one.
-
-    ``loaded``: the arm carries the load. ``holdout``: nothing is fitted to this recording.
-    """
-
-    name: str
-    trajectory: Trajectory
-    speed: float
-    loaded: bool
-    holdout: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Session:
-    """The ``legs`` of a session in the order to record them, and the ``designs`` behind them."""
-
-    legs: tuple[Leg, ...]
-    designs: tuple[Design, ...]
-
-    @property
-    def duration(self) -> float:
-        """Time in motion of all legs together [s]."""
-        return sum(leg.trajectory.duration for leg in self.legs)
-
-    def save(self, folder: str | Path) -> list[Path]:
-        """Write each leg as NAME.json into an existing folder, and return the paths."""
-        paths = [Path(folder) / f"{leg.name}.json" for leg in self.legs]
-        for leg, path in zip(self.legs, paths, strict=True):
-            leg.trajectory.save(path)
-        return paths
-
-    def __repr__(self) -> str:
-        rows = [
-            f"Session: {len(self.legs)} recordings, {self.duration:.0f} s in motion",
-            "  name                       speed     load   duration [s]   for",
-        ]
-        rows += [
-            f"  {leg.name:<24} {100 * leg.speed:5.0f} %   {'yes' if leg.loaded else 'no':>6} {leg.trajectory.duration:14.1f}"
-            f"   {'holdout' if leg.holdout else 'fit'}"
-            for leg in self.legs
-        ]
-        fitted = sum(not leg.holdout for leg in self.legs)
-        return "\n".join(
-            [
-                *rows,
-                f"verdict: {fitted} recordings to fit, each left out once, and {len(self.legs) - fitted} held out",
-            ]
-        )
 
 
 @one_thread
@@ -91,6 +40,9 @@ def design_session(
     clearance: float = CLEARANCE,
     meshes: str | Path | None = None,
     progress: Callable[[float], None] = lambda _: None,
+    minutes: float | None = None,
+    questions: Sequence[OpenQuestion] | None = None,
+    noise: float | None = None,
     **settings: Any,
 ) -> Session:
     """Design several motions at two or more speeds, without and with a ``load`` [kg] at the tool, and one to hold out.
@@ -99,8 +51,24 @@ def design_session(
     the laws of friction, and a known load fixes the scale of the torques. Every leg lasts at least 15 s. The load is a point
     mass at the tool, and loaded legs respect the torque limits with it. ``settings`` are passed to ``design_trajectory``.
 
+    With ``minutes``, the session is planned instead: of many motions that keep every limit, it has those that within that time
+    answer most of ``questions``, by default whether each effect of the catalogue is there; ``noise`` [N m|N] is the RMS of the
+    torque noise after the filter, where ``source`` is no estimate.
+
     Raises InputError for a load or speeds that cannot be used, fewer than two motions, and a loaded leg beyond a limit.
     """
+    if minutes is not None:
+        budget = Budget(
+            minutes=minutes,
+            load=load,
+            limits=limits,
+            table=table,
+            clearance=clearance,
+            meshes=meshes,
+            seed=seed,
+            **settings,
+        )
+        return _planned(source, budget, questions, noise, progress)
     check_counts(motions=motions)
     if motions < 2 or len(speeds) < 2 or not all(0 < s <= 1 for s in speeds) or len(set(speeds)) < len(speeds):
         raise InputError(
@@ -128,6 +96,25 @@ def design_session(
     return Session(tuple(legs), designs)
 
 
+def _planned(
+    source: Robot | Model | Estimate,
+    budget: Budget,
+    questions: Sequence[OpenQuestion] | None,
+    noise: float | None,
+    progress: Callable[[float], None],
+) -> Session:
+    """The session that was planned for some questions, or for the first visit to an arm."""
+    model = (
+        source.model if isinstance(source, Estimate) else Model.nominal(source) if isinstance(source, Robot) else source
+    )
+    if noise is not None and not (math.isfinite(noise) and noise > 0):
+        raise InputError(f"noise is {noise}, expected a positive torque [N m], the RMS after the filter")
+    known = isinstance(source, Estimate) and noise is None and bool(source.sigma.any())
+    torque_noise, words = noise_of(source) if known else assumed_noise(model, noise)  # pyright: ignore[reportArgumentType]
+    asked = first_questions(model) if questions is None else questions
+    return plan_session(model, asked, torque_noise, budget, noise_words=words, progress=progress)
+
+
 def slowed(trajectory: Trajectory, speed: float) -> Trajectory:
     """The same path at a share of the speed, over as many periods."""
     return replace(trajectory, base_frequency=trajectory.base_frequency * speed, duration=trajectory.duration / speed)
@@ -148,10 +135,7 @@ def _check_loaded(
     arm = (
         source.model if isinstance(source, Estimate) else Model.nominal(source) if isinstance(source, Robot) else source
     )
-    robot = arm.robot
-    x, y, z = robot.tool
-    body = load * np.array([1, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
-    heavy = Model(robot, (*arm.effects, Payload()), np.concatenate([arm.theta, body]))
+    robot, heavy = arm.robot, with_load(arm, load)
     workspace = Workspace.of(heavy, table, clearance, meshes)
     for leg in legs:
         if not leg.loaded:

@@ -80,7 +80,8 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
         fit = _alone(blocks, candidate.weights)
         if fit is None:
             continue
-        for k, (name, unit, known) in enumerate(zip(candidate.names, candidate.units, candidate.baseline, strict=True)):
+        for k, place in enumerate(fit.seen):
+            name, unit, known = candidate.names[place], candidate.units[place], candidate.baseline[place]
             change, std = float(fit.change[k]), float(fit.std[k])
             found.append(
                 Change(
@@ -95,6 +96,7 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
+    seen: list[int]
     change: Array
     std: Array
     information: Array
@@ -118,12 +120,17 @@ def _alone(blocks: list[tuple[Array, Array]], weights: Array) -> _Fit | None:
 
     The standard errors are those of a jackknife over the blocks.
     """
+    lengths = np.sqrt(np.diag(weights.T @ sum(N for N, _ in blocks) @ weights))
+    seen = np.flatnonzero(
+        lengths > SEEN * lengths.max(initial=0.0)
+    ).tolist()  # a plane arm shows no moment across its plane
+    weights = weights[:, seen]
     parts = [(weights.T @ N @ weights, weights.T @ z) for N, z in blocks]
     H, g = np.sum([N for N, _ in parts], axis=0), np.sum([z for _, z in parts], axis=0)
     scale = np.sqrt(np.diag(H))
-    if (scale == 0).any() or np.linalg.eigvalsh(H / np.outer(scale, scale))[0] < SEEN**2:
+    if not seen or np.linalg.eigvalsh(H / np.outer(scale, scale))[0] < SEEN**2:
         return None
     whole = np.linalg.solve(H, g)
     left_out = np.array([np.linalg.solve(H - N, g - z) for N, z in parts])
     G = len(blocks)
-    return _Fit(whole, np.sqrt((G - 1) / G * ((left_out - whole) ** 2).sum(axis=0)), H)
+    return _Fit(seen, whole, np.sqrt((G - 1) / G * ((left_out - whole) ** 2).sum(axis=0)), H)

@@ -135,7 +135,11 @@ def cluster(scheduler: str | None, workers: int | None) -> Iterator[Any]:
         count = processors() if workers is None else workers
         with (
             LocalCluster(
-                n_workers=count, threads_per_worker=1, dashboard_address="", memory_limit=0, silence_logs=50
+                n_workers=count,
+                threads_per_worker=1,
+                memory_limit=0,
+                silence_logs=50,
+                dashboard_address=":0",  # any port that is free
             ) as local,
             Client(local) as client,
         ):

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.large_arrays import blocks, limits, magnitude
 from physident.recordings.channels import BadRow
-from physident.recordings.motion_smoothing import encoder_step, estimate_noise, smooth_motion
+from physident.recordings.motion_smoothing import encoder_step, estimate_noise, velocity_std
 from physident.recordings.preparation import differentiate, prepare
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
-from physident.recordings.signals import MOVING_SPEED, Filter
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals
+from physident.recordings.spectra import spectrum_of
 
 Array = NDArray[np.float64]
-BAND_SHARE = 0.99  # of a signal's power above its noise floor
-NOISE_FACTOR = 3  # noise floors: a chi-squared bin of noise rarely exceeds it
 MAX_BAD_ROWS = 20  # bad rows that are listed
 CONTRARY = 50.0  # %: no filter or delay of a few samples makes a measured velocity differ as much from the derivative of position
 MIN_REST = 0.3  # s: a shorter standstill is a reversal
@@ -94,31 +94,31 @@ class Inspection:
 
 def inspect_recording(recording: Recording) -> Inspection:
     """Facts about a recording; works for currents without drive gains. Raises InputError for a recording without a contiguous part."""
-    step = np.diff(recording.time)
     rate = 1 / typical_step(recording.time)
     wide = Filter(cutoff=min(10.0, 0.3 * rate))
     unit = recording.with_drive_gains([1.0] * recording.n) if recording.effort_kind == "current" else recording
     signals = prepare(unit, wide)
     assert signals.torque is not None
-    errors = [_velocity_agreement(recording, wide, j) for j in range(recording.n)]
+    errors = _velocity_agreement(recording, wide)
     longest = max(signals.segments, key=lambda s: s.stop - s.start)
-    motion = np.array([_band(signals.v[longest, j], signals.rate) for j in range(recording.n)])
-    effort = np.array([_band(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
-    noise_from = np.array([_noise_from(signals.torque[longest, j], signals.rate) for j in range(recording.n)])
+    motion = np.array([spectrum_of(v, signals.rate).band for v in signals.v[longest].T])
+    efforts = [spectrum_of(torque, signals.rate) for torque in signals.torque[longest].T]
+    noise_from = np.array([one.noise_from for one in efforts])
+    jitter, gap = _clock(recording.time)
     return Inspection(
         recording=recording,
         rate=rate,
-        jitter=float(np.std(step)),
-        longest=float(step.max()),
-        position=np.column_stack([recording.q.min(axis=0), recording.q.max(axis=0)]),
-        speed=np.abs(signals.v).max(axis=0),
-        effort=np.column_stack([recording.effort.min(axis=0), recording.effort.max(axis=0)]),
+        jitter=jitter,
+        longest=gap,
+        position=limits(recording.q),
+        speed=magnitude(signals.v),
+        effort=limits(recording.effort),
         velocity_error=np.array([e[0] for e in errors]),
         velocity_delay=np.array([e[1] for e in errors]),
         noise=np.array([_noise(recording, rate, j) for j in range(recording.n)]),
         rest=_rest(signals.time, signals.v),
         motion_band=motion,
-        effort_band=effort,
+        effort_band=np.array([one.band for one in efforts]),
         cutoff=_suggest(motion, noise_from, rate),
     )
 
@@ -134,48 +134,35 @@ def _noise(recording: Recording, rate: float, joint: int) -> tuple[float, float,
     """Standard deviations of one joint's positions, velocities, and the velocity that is found from both."""
     q, dq = recording.q[:, joint], None if recording.dq is None else recording.dq[:, joint]
     noise = estimate_noise(q, dq, rate, encoder_step(q))
-    return noise.position, noise.velocity, smooth_motion(q, dq, rate, noise).v_std
+    return noise.position, noise.velocity, velocity_std(rate, noise)
 
 
-def _velocity_agreement(recording: Recording, filter: Filter, joint: int) -> tuple[float, float]:
-    """Difference [%] after the best shift, and that shift [s], of measured velocity against the derivative of position."""
+def _velocity_agreement(recording: Recording, filter: Filter) -> list[tuple[float, float]]:
+    """Of each joint the difference [%] after the best shift, and that shift [s], of measured velocity against the derivative of
+    position; NaN where they cannot be compared."""
     if recording.dq is None:
-        return np.nan, np.nan
+        return [(np.nan, np.nan)] * recording.n
     signals = differentiate(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
-    assert signals.torque is not None
     part = max(signals.segments, key=lambda s: s.stop - s.start)
+    return [_agreement(signals, part, j) for j in range(recording.n)]
+
+
+def _agreement(signals: Signals, part: slice, joint: int) -> tuple[float, float]:
+    assert signals.torque is not None
     measured, derived = signals.torque[part, joint], signals.v[part, joint]
-    if np.abs(derived).max() < MOVING_SPEED:
+    if magnitude(derived) < MOVING_SPEED:
         return np.nan, np.nan
     # least squares for a small shift: measured(t) = derived(t - d) is derived - d * its derivative to first order
-    slope = np.gradient(derived, 1 / signals.rate)
-    delay = -float(slope @ (measured - derived)) / float(slope @ slope)
-    difference = measured - derived + delay * slope
-    return 100 * float(np.linalg.norm(difference) / np.linalg.norm(derived)), delay
-
-
-def _spectrum(values: Array, rate: float) -> tuple[Array, Array, float]:
-    """Frequency [Hz], power density, and its noise floor: the median of the highest third."""
-    from scipy.signal import welch
-
-    frequency, power = welch(values, rate, nperseg=min(len(values), int(8 * rate)), detrend="linear")
-    return frequency, power, float(np.median(power[2 * len(power) // 3 :]))
-
-
-def _band(values: Array, rate: float) -> float:
-    """Frequency [Hz] below which 99 % of the power above the noise floor lies."""
-    frequency, power, floor = _spectrum(values, rate)
-    excess = np.maximum(power - NOISE_FACTOR * floor, 0.0)
-    if not excess.any():
-        return 0.0
-    return float(frequency[np.searchsorted(np.cumsum(excess), BAND_SHARE * excess.sum())])
-
-
-def _noise_from(values: Array, rate: float) -> float:
-    """Lowest frequency [Hz] at which a signal is no stronger than its noise floor."""
-    frequency, power, floor = _spectrum(values, rate)
-    noise = np.flatnonzero(power <= NOISE_FACTOR * floor)
-    return float(frequency[noise[0] if len(noise) else -1])
+    products = np.zeros((3, 3))  # of the difference without a shift, the slope, and the derivative of position
+    for rows in blocks(len(derived)):
+        around = slice(max(0, rows.start - 1), min(len(derived), rows.stop + 1))
+        inside = slice(rows.start - around.start, rows.stop - around.start)
+        slope = np.gradient(derived[around], 1 / signals.rate)[inside]
+        columns = np.array([measured[rows] - derived[rows], slope, derived[rows]])
+        products += columns @ columns.T
+    delay = -float(products[0, 1] / products[1, 1])
+    left = products[0, 0] + 2 * delay * products[0, 1] + delay**2 * products[1, 1]
+    return 100 * float(np.sqrt(max(left, 0.0) / products[2, 2])), delay
 
 
 def _suggest(motion: Array, noise_from: Array, rate: float) -> float:
@@ -189,10 +176,21 @@ def _suggest(motion: Array, noise_from: Array, rate: float) -> float:
 
 
 def _rest(time: Array, v: Array) -> tuple[tuple[float, float], ...]:
-    still = np.concatenate([[False], (np.abs(v) <= MOVING_SPEED).all(axis=1), [False]])
-    edges = np.flatnonzero(np.diff(still.astype(int)))
+    still = np.zeros(len(v) + 2, dtype=np.int8)
+    for rows in blocks(len(v)):
+        still[rows.start + 1 : rows.stop + 1] = (np.abs(v[rows]) <= MOVING_SPEED).all(axis=1)
+    edges = np.flatnonzero(np.diff(still))
     spans = [(float(time[a]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]
     return tuple(span for span in spans if span[1] - span[0] >= MIN_REST)
+
+
+def _clock(time: Array) -> tuple[float, float]:
+    """Standard deviation and maximum [s] of the steps of a clock."""
+    mean, squares, longest = (time[-1] - time[0]) / (len(time) - 1), 0.0, 0.0
+    for rows in blocks(len(time) - 1):
+        step = np.diff(time[rows.start : rows.stop + 1])
+        squares, longest = squares + float(((step - mean) ** 2).sum()), max(longest, float(step.max()))
+    return float(np.sqrt(squares / (len(time) - 1))), longest
 
 
 def _facts(i: Inspection) -> list[str]:

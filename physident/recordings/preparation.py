@@ -85,7 +85,14 @@ def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, f
 def _differentiated(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
     """One contiguous part of a recording on a uniform clock, with the derivatives of its positions."""
     q, torque, temperature, _ = _resampled(recording, rows, clock)
-    v, a = (derivative(q, order, rate, 2 * filter.cutoff) for order in (1, 2))
+    v, a = empty(q.shape), empty(q.shape)
+    for some in blocks(len(q)):
+        # a fit sees half a window on either side, so the values are those of the whole
+        half = half_window(rate, 2 * filter.cutoff, len(q))
+        around = slice(max(0, min(some.start, len(q) - 2 * half) - 2 * half), min(len(q), some.stop + 2 * half))
+        inside = slice(some.start - around.start, some.stop - around.start)
+        for target, order in ((v, 1), (a, 2)):
+            target[some] = derivative(q[around], order, rate, 2 * filter.cutoff)[inside]
     return Signals(clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff)
 
 
@@ -159,8 +166,13 @@ def derivative(values: Array, order: int, rate: float, passband: float) -> Array
     order over a window that passes ``passband`` [Hz]."""
     from scipy.signal import savgol_filter
 
+    half = half_window(rate, passband, len(values))
+    return np.asarray(savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0))
+
+
+def half_window(rate: float, passband: float, samples: int) -> int:
+    """Samples on either side of the local fits of ``derivative`` to a number of samples."""
     passband = min(passband, 0.4 * rate)
     # half-width of a fourth-order fit with that passband: Schafer, "What is a Savitzky-Golay filter?" (2011), eq. 12
     half = max(3, round((5 * rate / (2 * passband) + 4.6) / 3.2))
-    half = min(half, (len(values) - 1) // 2)
-    return np.asarray(savgol_filter(values, 2 * half + 1, polyorder=4, deriv=order, delta=1 / rate, axis=0))
+    return min(half, (samples - 1) // 2)

@@ -39,17 +39,20 @@ class TwoCogs(Disturbance):
         return self.size * (np.sin(first * q) + 0.7 * np.sin(second * q + self.phase))
 
 
-def outside(kind: str, arm: ArmTruth, motions: list[Motion], rng: Rng) -> tuple[Disturbance, int]:
+Cause = TightSpot | CubicCable | GasSpring | BentFriction | TwoCogs
+
+
+def outside(kind: str, arm: ArmTruth, motions: list[Motion], rng: Rng) -> tuple[Cause, int]:
     """A cause of a kind, of a random share of its joint's torque along motions, and its joint (index)."""
     turning = np.flatnonzero(~prismatic(arm.urdf))
     joint = 1 if kind == "gas_spring" and 1 in turning else int(rng.choice(turning))
     unit = np.eye(arm.joints)[joint]
     made = _of_size_one(kind, arm, motions, joint, unit, rng)
     size = float(rng.uniform(*SHARE)) * scale_of(arm).torque[joint] / _rms(made, motions, joint)
-    return replace(made, size=size * unit), joint  # pyright: ignore[reportCallIssue, reportArgumentType]
+    return replace(made, size=size * unit), joint
 
 
-def _of_size_one(kind: str, arm: ArmTruth, motions: list[Motion], joint: int, unit: Array, rng: Rng) -> Disturbance:
+def _of_size_one(kind: str, arm: ArmTruth, motions: list[Motion], joint: int, unit: Array, rng: Rng) -> Cause:
     q = np.concatenate([_states(motion)[0][:, joint] for motion in motions])
     low, high = float(q.min()), float(q.max())
     place, room = float(rng.uniform(low + 0.3 * (high - low), high - 0.3 * (high - low))), high - low
@@ -73,20 +76,18 @@ def inside(number: int, arm: ArmTruth, motions: list[Motion], able: frozenset[st
     return None if hidden is None else scaled(hidden, 0.3)
 
 
-def torque(cause: Disturbance, joint: int, q: Array, v: Array) -> Array:
+def torque(cause: Cause, joint: int, q: Array, v: Array) -> Array:
     """The torque (N,) [N m] of a cause at positions and velocities (N,) of its joint."""
-    n = len(getattr(cause, "size"))  # noqa: B009  (a disturbance in general has none)
-    states = np.zeros((2, len(q), n))
+    states = np.zeros((2, len(q), len(cause.size)))
     states[0, :, joint], states[1, :, joint] = q, v
-    rows = [cause.resist(0.0, *pair) for pair in zip(*states, strict=True)]
-    return np.array([0.0 if row is None else row[joint] for row in rows])
+    return np.array([cause.resist(0.0, *pair)[joint] for pair in zip(*states, strict=True)])
 
 
 def _states(motion: Motion) -> tuple[Array, Array, Array]:
     return motion.states(np.arange(0.0, motion.duration, 0.02))
 
 
-def _rms(cause: Disturbance, motions: list[Motion], joint: int) -> float:
+def _rms(cause: Cause, motions: list[Motion], joint: int) -> float:
     parts = [_states(motion) for motion in motions]
     q, v = (np.concatenate([part[k][:, joint] for part in parts]) for k in (0, 1))
     return float(np.sqrt(np.mean(torque(cause, joint, q, v) ** 2)))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.learned.curve import LearnedCurve
-from studies.learned.causes import OUTSIDE, VARIABLES, inside, outside, torque
+from studies.learned.causes import OUTSIDE, VARIABLES, Cause, inside, outside, torque
 from studies.open_world import motions as motions_of
 from studies.open_world.arms import arm
 from studies.open_world.bench import DURATION
@@ -47,7 +47,7 @@ class Bench:
 
     def __init__(self, seed: int, folder: Path) -> None:
         self.seed, self.folder, self.plant = seed, folder, PinocchioPlant()
-        self.arm: ArmTruth = replace(arm(seed), background=())
+        self.arm: ArmTruth = _plain(arm(seed))
         self.sensors: Sensors = FirstWorld().sensors(seed)
         rng = np.random.default_rng([seed, 71])
         self.motions: list[Motion] = [motions_of.fourier(self.arm, rng, DURATION, 0.8) for _ in range(RUNS + 1)]
@@ -66,6 +66,14 @@ class Bench:
         return [one.recording for one in taken]
 
 
+def _plain(whole: ArmTruth) -> ArmTruth:
+    """An arm whose friction and links the default model describes: nothing is missing from it but what a trial hides."""
+    friction = replace(
+        whole.friction, kind="smooth", breakaway=whole.friction.coulomb, per_degree=np.zeros(whole.joints)
+    )
+    return replace(whole, background=(), friction=friction)
+
+
 def _outside(number: int, seed: int) -> dict[str, Any] | None:
     name = OUTSIDE[number % len(OUTSIDE)]
     with tempfile.TemporaryDirectory() as folder:
@@ -82,10 +90,10 @@ def _outside(number: int, seed: int) -> dict[str, Any] | None:
         "joint": joint + 1,
         "variable": variable,
         "named": [[f.effect, list(f.joints), f.grade] for f in found.findings],
-        "right": bool(right) and causes[0] in right,
+        "right": bool(right) and next(f for f in causes if joint + 1 in f.joints) in right,
         "learned": any(pid.CATALOGUE[f.effect].family is pid.Family.LEARNED for f in right),
         "wrong_cause": any(f.grade == "cause" and f not in right for f in found.findings),
-        "curve_percent": _apart(found, model, cause, joint, runs[:-1]),
+        "curve_percent": _apart(model, cause, joint, runs[:-1]),
         "before": float(found.before.rms[joint]),
         "after": float(found.after.rms[joint]),
         "oracle": float(oracle.rms[joint]),
@@ -118,9 +126,7 @@ def _diagnosed(bench: Bench, runs: list[pid.Recording]) -> tuple[pid.Diagnosis, 
     return found, (found.estimate or estimate).model
 
 
-def _apart(
-    found: pid.Diagnosis, model: pid.Model, cause: Disturbance, joint: int, runs: list[pid.Recording]
-) -> float | None:
+def _apart(model: pid.Model, cause: Cause, joint: int, runs: list[pid.Recording]) -> float | None:
     """The largest distance [% of its range] of the learned curve over position from the truth where recordings were, but for a
     constant, which is an offset; None without such a curve."""
     curves = [(e, theta) for e, theta in model.effect_parameters() if isinstance(e, LearnedCurve)]

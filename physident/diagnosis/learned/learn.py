@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.folds import blocks
+from physident.diagnosis.result.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
 from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_responses
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
@@ -24,9 +25,11 @@ from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
+from physident.estimation.uncertainty import correlation_rows
 from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
+REMEMBERS = 1.3  # times what noise through the filter remembers: its own estimate scatters by a tenth, a curve worth naming adds more
 MOST = 4  # curves: what takes more is no joint's own quantity
 
 
@@ -35,7 +38,10 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     start = found.last.hypothesis
     if found.overfull or start.problem.resting_joints.issuperset(range(1, start.problem.model.robot.n + 1)):
         return found
-    pool, threshold = CurvePool.of(start), found.last.threshold
+    joints = _structured(start)
+    if not joints:
+        return found
+    pool, threshold = CurvePool.of(start, joints), found.last.threshold
     now = state_hypothesis(pool.problem, start.accepted, start.model)
     now = _with_replacements(now, pool, threshold, progress)
     for _ in range(MOST):
@@ -48,6 +54,15 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     if not curves:
         return found
     return _finished(found, pool, now, curves)
+
+
+def _structured(hypothesis: Hypothesis) -> list[int]:
+    """The joints (from 1) with something to learn: whose residual remembers more than noise through the filter, or that have a law of
+    one quantity, which a curve may replace."""
+    memory = correlation_rows(hypothesis.problem.regressor, hypothesis.fit.residual)
+    lawful = {one.candidate.joints for one in hypothesis.accepted if one.effect.variable is not None}
+    left = memory > REMEMBERS * white_memory(hypothesis)
+    return [j + 1 for j in range(len(left)) if left[j] or (j + 1,) in lawful]
 
 
 def _finished(found: SearchResult, pool: CurvePool, now: Hypothesis, curves: Sequence[AcceptedEffect]) -> SearchResult:
@@ -112,6 +127,8 @@ def _effect(candidate: Candidate) -> LearnedCurve:
 
 def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: float) -> Candidate | None:
     """The curve, with the amplitude, of the most evidence on left-out rows; None where even that is no evidence."""
+    if not candidates:  # the model has this curve already
+        return None
     data = replace(rest.data, candidates=tuple(candidates))
     gains = left_out_gains(data, rest.baseline, rest.fit, data.response[:, :, None])
     best = int(np.argmax(gains.evidence[:, 0]))
@@ -132,6 +149,8 @@ def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> b
 def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> AcceptedEffect | None:
     """The curve of the largest gain beside a hypothesis that meets every condition, or None."""
     candidates = pool.candidates(now)
+    if not candidates:
+        return None
     plain = replace(now.data, candidates=tuple(candidates))
     first = left_out_gains(plain, now.baseline, now.fit, now.data.response[:, :, None])
     if not (first.evidence_without_best_fold[:, 0] > threshold).any():

@@ -18,7 +18,7 @@ from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.weighting import weight_rows
 
 Array = NDArray[np.float64]
-AMPLITUDES = (1.0, 5.0, 25.0)  # times what a joint leaves: of a steady drift, of a bend, of a bump
+AMPLITUDES = (1.0, 6.0, 36.0, 216.0)  # times what a joint leaves: of a drift, of a bend, of a bump, of many waves
 PLACEBO = "placebo_curve"
 
 
@@ -46,15 +46,15 @@ class CurvePool:
     placebos: tuple[Curve, ...]
 
     @staticmethod
-    def of(hypothesis: Hypothesis) -> CurvePool:
-        """The curves beside a hypothesis, those of its load as its model computes it."""
+    def of(hypothesis: Hypothesis, joints: Sequence[int]) -> CurvePool:
+        """The curves of some joints (from 1) beside a hypothesis, those of its load as its model computes it."""
         problem, robot = hypothesis.problem, hypothesis.problem.model.robot
         signals = problem.referred(hypothesis.model)
         effects = [
             cls((j,)).placed(robot, signals)
             for cls in CATALOGUE.values()
             if cls.detection is Detection.AFTER_LAWS
-            for j in range(1, robot.n + 1)
+            for j in joints
             if j not in problem.resting_joints and not _has(problem, cls.name, j)
         ]
         added = weight_rows(build_regressor(robot, effects, signals, problem.filter), problem.weights)

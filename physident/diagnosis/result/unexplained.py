@@ -89,7 +89,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     """The residual of each joint of a fitted state."""
     regressor, residual = hypothesis.data.regressor, hypothesis.residual
     rate = regressor.kept_rate
-    white = _white_memory(hypothesis)
+    white = white_memory(hypothesis)
     memory = correlation_rows(regressor, residual)
     q, v, a, load = (_at_rows(hypothesis, name) for name in ("q", "v", "a", "load"))
     result = []
@@ -139,7 +139,7 @@ def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> t
     )
 
 
-def _white_memory(hypothesis: Hypothesis) -> float:
+def white_memory(hypothesis: Hypothesis) -> float:
     """Integrated autocorrelation, in kept rows, of white noise through the filter."""
     filter, rate = hypothesis.problem.filter, hypothesis.problem.signals[0].rate
     taps, D = filter.taps(rate), filter.decimation(rate)

@@ -22,7 +22,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 # times what is left without curves: finer steps change no prediction
-AMPLITUDES = (0.03, 0.3, 1.0, 3.0, 10.0, 30.0)
+AMPLITUDES = (0.03, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 FOLDS = 8  # parts that are left out in turn
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 SWEEPS = 2

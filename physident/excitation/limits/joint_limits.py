@@ -12,8 +12,9 @@ from scipy.sparse import block_diag
 from physident.errors import InputError
 from physident.excitation.limits.constraints import Constraints
 from physident.excitation.limits.limit import Margin
+from physident.excitation.motion.motion import Motion
 from physident.excitation.motion.series import Series
-from physident.excitation.motion.trajectory import FREE_RANGE, FREE_SPEED, Trajectory
+from physident.excitation.motion.trajectory import FREE_RANGE, FREE_SPEED
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
@@ -75,9 +76,9 @@ class JointLimits:
         return Constraints(-ones, ones, pattern, lambda y: (J @ y - centre) / size, lambda y: values)
 
 
-def joint_margins(robot: Robot, trajectory: Trajectory) -> list[Margin]:
+def joint_margins(robot: Robot, motion: Motion) -> list[Margin]:
     """Margins of position, speed and acceleration of each joint, which hold at every instant."""
-    limits, extent = JointLimits.of(robot), trajectory.extent()
+    limits, extent = JointLimits.of(robot), motion.extent()
     result = []
     for j, joint in enumerate(robot.joints):
         unit, where = "m" if joint.kind == "prismatic" else "rad", f"joint {j + 1}"

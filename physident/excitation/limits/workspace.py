@@ -17,6 +17,7 @@ from physident.excitation.limits.self_collision import SelfCollision
 from physident.excitation.limits.table_limit import TableLimit
 from physident.excitation.limits.tool_speed_limit import ToolSpeedLimit
 from physident.excitation.limits.torque_limit import TorqueLimit
+from physident.excitation.motion.motion import Motion
 from physident.excitation.motion.trajectory import Trajectory
 from physident.recordings.signals import Signals
 
@@ -63,14 +64,14 @@ class Workspace:
         """All limits, in the order of the constraints."""
         return self.torque, self.tool_speed, self.table, self.self_collision
 
-    def margins(self, trajectory: Trajectory) -> list[Margin]:
-        """Margins to all limits on 1,000 instants of a period."""
-        states = period_states(trajectory, CHECKED)
+    def margins(self, motion: Motion, count: int = CHECKED) -> list[Margin]:
+        """Margins to all limits on ``count`` instants of a period, or of the whole motion where it has no period."""
+        states = period_states(motion, count)
         return [margin for limit in self.limits for margin in limit.margins(states)]
 
 
-def period_states(trajectory: Trajectory, count: int) -> Signals:
-    """States at ``count`` instants of a period."""
-    length = 1 / trajectory.base_frequency
-    states = trajectory.states(np.arange(count) / count * length)
+def period_states(motion: Motion, count: int) -> Signals:
+    """States at ``count`` instants of a period, or of the whole motion where it has no period."""
+    length = 1 / motion.base_frequency if isinstance(motion, Trajectory) else motion.duration
+    states = motion.states(np.arange(count) / count * length)
     return replace(states, rate=count / length)
