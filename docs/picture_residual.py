@@ -54,7 +54,7 @@ def draw(pair: Pair, robot: pid.Robot, title: str) -> None:
     for axis in axes[-1]:
         axis.set_xlabel("time in motion [s]")
     fig.suptitle("\n".join(textwrap.wrap(title, WIDTH)), fontsize=9, x=0.01, ha="left", fontweight="bold")
-    axes[0, 1].legend(ncols=2, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, frameon=False)
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), ncols=2, loc="outside lower right", frameon=False)
     PICTURE.parent.mkdir(exist_ok=True)
     style.save(fig, PICTURE)
 

@@ -94,6 +94,9 @@ _PUBLIC = {
     "compare": "validation.scores",
     "validate": "validation.scores",
     "view": "graphics.view",
+    "draw_prediction": "graphics.figures.draw",
+    "draw_recording": "graphics.figures.draw",
+    "draw_residual": "graphics.figures.draw",
     "Visibility": "identifiability.visibility",
     "measure_visibility": "identifiability.visibility",
 }
@@ -134,6 +137,7 @@ if TYPE_CHECKING:
     from physident.export.parameters import export_parameters
     from physident.export.python import export_python
     from physident.export.urdf import UrdfExport, export_urdf
+    from physident.graphics.figures.draw import draw_prediction, draw_recording, draw_residual
     from physident.graphics.view import view
     from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
     from physident.identifiability.identifiability import Identifiability, measure_identifiability

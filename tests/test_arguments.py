@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import physident as pid
 from tests.test_identify import _recording
@@ -57,6 +58,7 @@ def _file(recording: pid.Recording, folder: Path) -> Path:
 
 def calls(things: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
     """Arguments with which each public function works, or computes for long."""
+    axes = Figure().subplots()
     t = things
     out = {name: folder / name for name in ("a.urdf", "a.xml", "a.c", "a.casadi", "a.py", "a.json", "a.html", "a.rrd")}
     diagnosis = {
@@ -108,6 +110,9 @@ def calls(things: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
         "validate": {"estimate": estimate, "recordings": rest, "include_fitted": True},
         "view": {"models": estimate, "recordings": rest, "diagnosis": None, "to": out["a.rrd"], "plan": None, "robot": None, "cutoff": None, "meshes": None},
         "measure_visibility": {"regressor": t["regressor"]},
+        "draw_recording": {"axes": axes, "recording": t["recording"], "channel": "effort"},
+        "draw_prediction": {"axes": axes, "estimate": estimate, "recordings": rest, "joint": 2},
+        "draw_residual": {"axes": axes, "before": estimate, "after": estimate, "recordings": rest, "joint": 2},
     }  # fmt: skip
 
 

@@ -85,7 +85,7 @@ def test_scores_and_gains_show_each_joint(estimate: pid.Estimate, runs: list[pid
 
 def test_a_diagnosis_shows_its_findings_and_is_a_frame(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
     pytest.importorskip("pandas", reason="pandas is not installed")
-    diagnosis = pid.diagnose(estimate, runs[0])
+    diagnosis = pid.diagnose_motion(estimate, [runs[0]])
     shown, frame = table(diagnosis), diagnosis.to_frame()
     assert len(shown.rows) == len(diagnosis.findings) > 0
     assert shown.rows[0][0] == diagnosis.findings[0].effect == "load_dependent_friction"
@@ -94,7 +94,7 @@ def test_a_diagnosis_shows_its_findings_and_is_a_frame(estimate: pid.Estimate, r
     assert first["low"] < first["value"] < first["high"]
     assert first["joint"] == 2
     complete = pid.identify(estimate.model.robot, runs[0], effects=[*EFFECTS, "load_dependent_friction"])
-    nothing = pid.diagnose(complete, runs[0])
+    nothing = pid.diagnose_motion(complete, [runs[0]])
     assert not nothing.findings
     assert list(nothing.to_frame().columns) == list(frame.columns)
 

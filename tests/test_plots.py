@@ -143,3 +143,25 @@ def test_colours_of_a_figure_are_told_apart_without_red_or_green() -> None:
         shown = linear @ seen.T
         apart = np.linalg.norm(shown[:, None] - shown[None], axis=2)[np.triu_indices(len(used), 1)]
         assert apart.min() > 0.2
+
+
+def test_curves_are_drawn_into_axes_of_the_user(folder: Path) -> None:
+    from matplotlib.figure import Figure
+
+    before, after = (pid.load_estimate(folder / f"{name}.json") for name in ("before", "after"))
+    run_ = pid.load_recording(folder / "two.csv")
+    axes = Figure().subplots(1, 3)
+    pid.draw_recording(axes[0], run_, "effort")
+    pid.draw_prediction(axes[1], before, run_, joint=2)
+    pid.draw_residual(axes[2], before, after, run_, joint=2)
+    assert len(axes[0].get_lines()) == 6
+    np.testing.assert_array_equal(axes[0].get_lines()[3].get_ydata(), run_.effort[:, 3])
+    lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axes[1].get_lines()}
+    np.testing.assert_allclose(lines["measured"] - lines["predicted"], lines["difference"])
+    gain = pid.compare(before, after, on=run_)
+    for line, score in zip(axes[2].get_lines(), (gain.before, gain.after), strict=True):
+        assert np.sqrt(np.mean(np.asarray(line.get_ydata()) ** 2)) == pytest.approx(score.rms[1], rel=1e-6)
+    with pytest.raises(pid.InputError, match="joint is 7, expected a number from 1 to 6"):
+        pid.draw_prediction(axes[1], before, run_, joint=7)
+    with pytest.raises(pid.InputError):
+        pid.draw_recording(axes[0], run_, "torques")  # pyright: ignore[reportArgumentType]

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
-from physident.graphics.scene import link_poses, tool_path
-from physident.graphics.visuals import arm_visuals, turned_to
+from physident.graphics.scene import _logged, link_poses, tool_path
+from physident.graphics.visuals import Visual, arm_visuals, turned_to
 from tests.robots import TREE
 
 BOXED = """<robot name="boxed">
@@ -88,3 +88,12 @@ def test_a_turn_to_a_direction_is_a_rotation() -> None:
         np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
         assert np.linalg.det(R) == pytest.approx(1)
         np.testing.assert_allclose(R[:, 2], direction / np.linalg.norm(direction), atol=1e-12)
+
+
+@pytest.mark.parametrize(("ending", "media_type"), [("dae", "model/vnd.collada+xml"), ("DAE", "model/vnd.collada+xml")])
+def test_a_collada_mesh_is_logged_with_its_type(tmp_path: Path, ending: str, media_type: str) -> None:
+    """The viewer draws a mesh of a type that it is told; the SDK knows that of the other formats by their endings."""
+    mesh = tmp_path / f"hand.{ending}"
+    mesh.write_text("<COLLADA/>")
+    asset, _ = _logged(Visual("mesh", 0, np.eye(3), np.zeros(3), (1.0, 1.0, 1.0), mesh))
+    assert asset.media_type.as_arrow_array().to_pylist() == [media_type]

@@ -106,7 +106,7 @@ def _logged(visual: Visual) -> list[Any]:
     solid = rr.components.FillMode.Solid
     if visual.kind == "mesh":
         pose["mat3x3"] = visual.rotation * np.array(visual.size)
-        return [rr.Asset3D(path=visual.mesh), rr.Transform3D(**pose)]
+        return [rr.Asset3D(path=visual.mesh, media_type=_media_type(visual.mesh)), rr.Transform3D(**pose)]
     if visual.kind == "box":
         drawn: Any = rr.Boxes3D(sizes=[visual.size], fill_mode=solid)
     elif visual.kind == "sphere":
@@ -116,6 +116,11 @@ def _logged(visual: Visual) -> list[Any]:
     else:
         drawn = rr.Capsules3D(radii=[visual.size[0]], lengths=[visual.size[1]], fill_mode=solid)
     return [drawn, rr.Transform3D(**pose)]
+
+
+def _media_type(mesh: Path | None) -> str | None:
+    """The type of a mesh that the SDK does not know by its file's ending, though the viewer draws it."""
+    return "model/vnd.collada+xml" if mesh is not None and mesh.suffix.lower() == ".dae" else None
 
 
 def _colour_columns(visual: Visual, colours: NDArray[np.uint8]) -> Any:

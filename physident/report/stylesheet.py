@@ -96,6 +96,9 @@ rect.band { fill: #e4e4ef; }
   h2, h3, h3 + p, .legend, thead { break-after: avoid; }
   tr, li, figure, .scale, .caution, .practice, pre { break-inside: avoid; }
   header { grid-template-columns: 1fr 15rem; gap: 1rem; }
+  h1 { font-size: 1.4rem; }
+  .lead, .practice { font-size: 1em; }
+  .levels { break-inside: avoid; }
   .cards { display: block; }
   .cards article { margin: 0 0 1rem; }
   p { orphans: 3; widows: 3; }

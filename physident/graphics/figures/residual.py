@@ -7,18 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.findings import CurveBand
 from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline
 from physident.graphics import style
+from physident.graphics.figures.draw import draw_residuals
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 from physident.validation.comparison import Pair, contact_bands, predict_pair
 
 HEAD_WIDTH = 110  # characters
-LINES = (("before", style.AS_IT_WAS, 0.9), ("after", style.EXTENDED, 1.1))  # name, colour, width
 
 
 def torque_units(robot: Robot) -> tuple[str, ...]:
@@ -42,17 +40,12 @@ def plot_residuals(
     """
     shown = list(joints or range(1, robot.n + 1))
     fig, axes = style.figure(len(shown) + len(curves), sharex=not curves)
-    time = np.arange(len(pair.before.time)) / pair.before.rate
-    borders = time[np.flatnonzero(np.diff(pair.before.recording)) + 1]
     units = torque_units(robot)
     for axis, joint in zip(axes[:, 0], shown, strict=False):
         j = joint - 1
-        for p, (label, colour, width) in zip(pair.both, LINES, strict=False):
-            axis.plot(time, p.residual[:, j], color=colour, label=label, linewidth=width)
+        draw_residuals(axis, pair, j)
         for start, end in bands:
             axis.axvspan(start, end, color="0.88", zorder=0)
-        for border in borders:
-            axis.axvline(border, color="0.6", linewidth=0.8, linestyle=":")
         axis.set_ylabel(f"residual [{units[j]}]")
         sizes = [float(p.rms[j]) for p in pair.both]
         title = f"joint {joint}, {robot.joint_names[j]}: {_change(sizes, units[j])}"
