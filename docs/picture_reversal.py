@@ -10,7 +10,7 @@ import numpy as np
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from physident.graphics.style import MEASURED, PREDICTED, RESIDUAL, SETTINGS
+from physident.graphics.style import AS_IT_WAS, MEASURED, RESIDUAL, SETTINGS
 from physident.recordings.motion_smoothing import estimate_noise, smooth_motion
 from physident.recordings.rests import find_rests
 from physident.recordings.velocity_sign import velocity_sign
@@ -40,8 +40,8 @@ def main() -> None:
         t = time[rows]
         axis.plot(t, np.where(stuck, np.nan, np.sign(v))[rows], color=MEASURED, lw=3, alpha=0.4)
         axis.plot(t, np.tanh(measured_v / 0.01)[rows], color=RESIDUAL, lw=1)
-        axis.plot(t, sign[rows], color=PREDICTED, lw=1.6)
-        axis.fill_between(t, (sign - spread)[rows], (sign + spread)[rows], color=PREDICTED, alpha=0.15, lw=0)
+        axis.plot(t, sign[rows], color=AS_IT_WAS, lw=1.6)
+        axis.fill_between(t, (sign - spread)[rows], (sign + spread)[rows], color=AS_IT_WAS, alpha=0.15, lw=0)
         axis.set(title=title, xlabel="time [s]", ylim=(-1.7, 1.7))
     axes[0].set_ylabel("sign of velocity")
     figure.savefig(TARGET, dpi=110)

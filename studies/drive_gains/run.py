@@ -17,7 +17,7 @@ from simulated import simulated_gains
 
 import physident as pid
 from physident.estimation.uncertainty import t_quantile
-from physident.graphics.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
+from physident.graphics.style import AS_IT_WAS, EXTENDED, MEASURED, RESIDUAL, figure, save
 
 KNOWN = 2.6  # kg, by the recording's name
 LITERATURE = UR10E_GAINS
@@ -162,12 +162,12 @@ def draw(found: pid.DriveGains, brackets: dict[str, Any], path: Path) -> None:
     left, right = axes[0]
     spread = np.abs(found.intervals.T - found.gains)
     left.errorbar(joints, found.gains, spread, fmt="o", color=MEASURED, capsize=3, label="found, 95 %")
-    for gains, colour, name in ((LITERATURE, PREDICTED, "literature"), (OWNER, RESIDUAL, "data owner")):
+    for gains, colour, name in ((LITERATURE, AS_IT_WAS, "literature"), (OWNER, RESIDUAL, "data owner")):
         left.plot(joints, gains, "_", color=colour, markersize=16, markeredgewidth=2, label=name)
     left.set(title="UR10e, load of 2.6 kg", xlabel="joint", ylabel="drive gain [N m/A]", ylim=(0, 25))
     lowest, highest = np.array(brackets["lowest"]), np.array(brackets["highest"])
-    right.bar(joints, highest - lowest, bottom=lowest, width=0.35, color=SECOND, alpha=0.5, label="bracket, 95 %")
-    for (name, gains), colour in zip(GAIN_SETS.items(), (PREDICTED, RESIDUAL), strict=True):
+    right.bar(joints, highest - lowest, bottom=lowest, width=0.35, color=EXTENDED, alpha=0.5, label="bracket, 95 %")
+    for (name, gains), colour in zip(GAIN_SETS.items(), (AS_IT_WAS, RESIDUAL), strict=True):
         right.plot(joints, gains, "_", color=colour, markersize=16, markeredgewidth=2, label=name)
     right.set(title="UR5, no known load", xlabel="joint", ylabel="drive gain [N m/A]", ylim=(0, 25))
     for ax in (left, right):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.graphics.style import MEASURED, PREDICTED, RESIDUAL, SECOND, figure, save
+from physident.graphics.style import AS_IT_WAS, EXTENDED, MEASURED, RESIDUAL, figure, save
 from physident.identifiability.manipulability import SINGULAR, measure_manipulability
 from studies.thesis.models import Compared
 from studies.thesis.published import RATE
@@ -21,7 +21,7 @@ LIMITS = {"position [rad]": 2 * np.pi, "velocity [rad/s]": np.pi, "acceleration 
 def trajectories(robot: pid.Robot, motions: Mapping[str, pid.Trajectory]) -> None:
     """Position, velocity and acceleration of every joint over one period (the thesis' figures 4.3-4.8)."""
     fig, axes = figure(robot.n, 3, size=(3.8, 1.55), sharex=True)
-    for name, colour in (("thesis", RESIDUAL), ("designed", PREDICTED)):
+    for name, colour in (("thesis", RESIDUAL), ("designed", AS_IT_WAS)):
         time, *states = motions[name].sample(RATE)
         inside = time <= 1 / motions[name].base_frequency
         for column, values in enumerate(states):
@@ -50,7 +50,7 @@ def torques(found: Compared, way: str) -> None:
             axis = axes[j, column]
             measured = filtered(found.measured(ways[0]).torque)[:, j]
             axis.plot(time, measured, color=MEASURED, label="reference", linewidth=1.6)
-            for name, colour, style in zip(ways, (RESIDUAL, SECOND), ("-", "--"), strict=False):
+            for name, colour, style in zip(ways, (RESIDUAL, EXTENDED), ("-", "--"), strict=False):
                 axis.plot(time, filtered(found.predicted[name])[:, j], style, color=colour, label=_legend(name))
             errors = ", ".join(f"{_legend(name)} {_percent(found.error(name)[j])}" for name in ways)
             axis.set_title(f"joint {j + 1}: {errors}", fontsize=8, loc="left")
@@ -76,7 +76,7 @@ def _percent(value: float) -> str:
 def manipulability(robot: pid.Robot, motions: Mapping[str, pid.Trajectory]) -> None:
     """The tool's manipulability along the trajectories over one period, marked where the arm is nearly singular."""
     fig, axes = figure(1, size=(9.0, 3.2))
-    for (name, motion), colour in zip(motions.items(), (RESIDUAL, PREDICTED, SECOND), strict=True):
+    for (name, motion), colour in zip(motions.items(), (RESIDUAL, AS_IT_WAS, EXTENDED), strict=True):
         time, q, _, _ = motion.sample(RATE)
         poses = measure_manipulability(robot, q)
         inside, near = time * motion.base_frequency <= 1, poses.ratio < SINGULAR
