@@ -15,7 +15,7 @@ from physident.recordings.preparation import differentiate, prepare
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
-from physident.recordings.spectra import spectrum_of
+from physident.recordings.white_noise import spectrum_of
 
 Array = NDArray[np.float64]
 MAX_BAD_ROWS = 20  # bad rows that are listed

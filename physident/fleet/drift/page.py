@@ -13,7 +13,7 @@ from markupsafe import Markup
 from physident.files import VERSION
 from physident.fleet.drift.alarms import Alarm, Drift, alarm_text
 from physident.fleet.drift.conditions import REFERENCE
-from physident.graphics.style import EXTENDED, MEASURED, RESIDUAL, SETTINGS
+from physident.graphics.style import MEASURED, OTHER, RESIDUAL, SETTINGS
 from physident.outputs import write_with
 from physident.report.markup import table, tag
 from physident.report.stylesheet import STYLE
@@ -84,7 +84,7 @@ def draw(drift: Drift, alarm: Alarm) -> bytes:
     with plt.rc_context(SETTINGS):
         figure, (top, bottom) = plt.subplots(2, 1, figsize=(9, 4.6), sharex=True, height_ratios=(3, 1))
         band = 1.96 * shown.size
-        top.fill_between(days, -band, band, color=EXTENDED, alpha=0.15, label="chance, 95 %")
+        top.fill_between(days, -band, band, color=OTHER, alpha=0.15, label="chance, 95 %")
         top.plot(days, history.change, "o", color="#9a9a9a", markersize=3, label="change since the baseline")
         top.errorbar(
             days, shown.rest, 1.96 * history.std, fmt="o-", color=MEASURED, markersize=3, linewidth=0.8,
