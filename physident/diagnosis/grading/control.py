@@ -123,17 +123,19 @@ class _JointFit:
         """How often noise makes a difference as large as ``x``, to which each row adds ``push`` (M,), by Student's test over blocks.
 
         Errors of a model last as long as a motion does, and noise as long as the filter: blocks from the latter's length up to an
-        eighth of the rows are tried, and the least certain answer counts.
+        eighth of the rows, or whole segments, are tried, and the least certain answer counts.
         """
         from scipy.stats import t
 
         memory = max(float(correlation_rows(rows, push[part, None])[0]) for rows, part in self.parts)
-        length, found = max(1, round(BLOCK * memory)), []
+        length, found, tried = max(1, round(BLOCK * memory)), [], 0
         while True:
             labels = block_labels(self.segment, length)
             blocks = int(labels.max()) + 1
-            if found and blocks < FEWEST:
+            # blocks do not cross segments: of many recordings there are never fewer than these
+            if found and (blocks < FEWEST or (blocks == tried and length > len(self.segment))):
                 return max(found)
+            tried = blocks
             variance = float(np.sum(np.bincount(labels, push) ** 2)) * blocks / max(blocks - 1, 1)
             found.append(float(2 * t.sf(abs(x) / max(np.sqrt(variance), 1e-300), max(blocks - 1, 1))))
             length *= 2
