@@ -86,6 +86,7 @@ def calls(things: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
         "design_discriminating": design | search | {"source": estimate, "effect_a": "coulomb_friction", "effect_b": "viscous_friction", "joint": 2, "noise": None},
         "design_session": design | {"source": robot, "load": None, "motions": 1, "speeds": (1.0,)},
         "load_trajectory": {"path": t["path"]},
+        "load_effects": {"path": t["path"]},
         "random_trajectory": {"robot": robot, "seed": 0, "harmonics": 5, "base_frequency": 0.1, "duration": None, "scale": 0.8},
         "export_urdf": {"model": model, "path": out["a.urdf"]},
         "export_mjcf": {"model": model, "path": out["a.xml"], "meshes": None},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,15 @@ from physident.excitation.limits.constraints import Constraints
 from physident.excitation.search.ipopt import minimise
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """A process that a shell started in the background ignores interrupts; this test must not."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_a_solver_is_stopped_at_once_and_the_interrupt_arrives() -> None:
     pattern = np.array([[0, 0], [1, 1]])
     rows = Constraints(np.full(2, -9.0), np.full(2, 9.0), pattern, lambda y: y, lambda _: np.ones(2))

@@ -152,7 +152,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "unknown lock": ({"lock": {"left_9": 0.1}}, "lock: no moving joint 'left_9'"),
     "beyond its limits": ({"lock": {"left_1": 2.5}}, "left_1 = 2.5, expected a number within its limits, -2 to 2"),
     "no number": ({"lock": {"left_1": float("nan")}}, "left_1 = nan"),
-    "a text": ({"lock": {"left_1": "0.1"}}, "left_1 = '0.1'"),
+    "a text": ({"lock": {"left_1": "0.1"}}, "lock is a dict, expected a mapping from text to a number"),
     "a floating lock": ({"lock": {"drive": 0.0}}, "stays where it is described"),
     "unknown tool": (
         {"joints": "left_?", "tool": "tcp"},

@@ -70,6 +70,8 @@ def test_version_and_module() -> None:
 
 
 def test_completion_can_be_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the shell is named, because none may be there to be found
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     command = [sys.executable, "-m", "physident", "--show-completion", "bash"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "physident" in done.stdout

@@ -16,6 +16,7 @@ import re
 import shlex
 import sys
 import tempfile
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,8 @@ def _python(code: str, names: dict[str, Any]) -> str:
     if file := FILE.match(code):
         Path(file[1]).write_text(code, encoding="utf-8")
         return ""
-    with _printing() as out:
+    with _printing() as out, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # where they are printed to depends on who runs the code
         exec(compile(code, "tutorial", "exec"), names)
     return _lines(out.getvalue())
 

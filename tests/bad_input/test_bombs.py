@@ -81,11 +81,11 @@ def mat_bomb(path: Path) -> None:
 
 
 BOMBS: dict[str, tuple[str, Callable[[Path], Any], str]] = {
-    "gz bomb": ("r.csv.gz", gz_bomb, "more than 100000000 numbers|too large"),
+    "gz bomb": ("r.csv.gz", gz_bomb, "no time column"),
     "gz bomb of broken rows": ("r.csv.gz", gz_broken_rows, "over 100000 rows"),
     "one line of a gigabyte": ("r.csv.gz", gz_line, "first line is longer"),
     "second line of a gigabyte": ("r.csv.gz", second_line, "a line is longer"),
-    "parquet bomb": ("r.parquet", parquet_bomb, "more than 100000000 numbers"),
+    "parquet bomb": ("r.parquet", parquet_bomb, "1000000 columns, expected at most 1000"),
     "mat bomb": ("r.mat", mat_bomb, "more than 100000000 numbers"),
     "zip bomb": ("r.npz", zip_bomb, "unpacks to more"),
     "huge file of zeros": ("r.csv", sparse, "not a text file"),

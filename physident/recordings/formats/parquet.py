@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -61,7 +62,8 @@ def read_columns(path: Path, filters: list[tuple[str, str, int]] | None = None) 
 def _columns_of(file: Any, path: Path, most: int) -> tuple[list[str], tuple[str, ...]]:
     """The names of the columns of numbers and of the others; raises InputError for more than ``most`` numbers."""
     names = [field.name for field in file.schema_arrow if _is_read(field.type)]
-    check_size(path, sum(_sizes(file.metadata, names)), 1, most)
+    rows = max(1, file.metadata.num_rows)
+    check_size(path, rows, math.ceil(sum(_sizes(file.metadata, names)) / rows), most)
     return names, tuple(name for name in file.schema_arrow.names if name not in names)
 
 
