@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.problem.question import parameter_freedom
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.identify import prepare_all
@@ -109,3 +110,16 @@ def _first_seconds(run: pid.Recording, seconds: float) -> pid.Recording:
     rows = run.time < run.time[0] + seconds
     assert run.dq is not None
     return replace(run, time=run.time[rows], q=run.q[rows], dq=run.dq[rows], effort=run.effort[rows])
+
+
+def test_own_recordings_that_cannot_be_searched_are_said_to_be(
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise pid.InputError("too short")
+
+    monkeypatch.setattr("physident.diagnosis.grading.completed.search_effects", refused)
+    with pytest.warns(pid.PhysidentWarning, match="may be named as a change.*too short"):
+        kept = complete_model(healthy_estimate, healthy_runs[:2], 0, lambda _: None)
+    assert kept.estimate is healthy_estimate
+    assert kept.findings == ()

@@ -17,7 +17,7 @@ from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.forward_search import search_effects
 from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.statistics.intervals import uncertainty_of
-from physident.errors import PhysidentError
+from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.recordings.recording import Recording
@@ -36,7 +36,8 @@ def complete_model(
 ) -> CompletedModel:
     """The estimate with what a search on the ``control``, all of the recordings that it was fitted to, adds to it.
 
-    Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is.
+    Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is, and
+    a warning says so.
     """
     progress("searching the model's own recordings for what they show already")
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
@@ -47,7 +48,10 @@ def complete_model(
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
         extended = extended_estimate(hypothesis, uncertainty, control)
-    except PhysidentError:
+    except PhysidentError as refusal:
+        warn(
+            f"what the model always lacked may be named as a change: its own recordings could not be searched ({refusal})"
+        )
         return CompletedModel(estimate=estimate)
     checks = [RivalCheck(one, 0.0, ()) for one in hypothesis.accepted]
     return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))
