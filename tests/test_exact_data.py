@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +14,9 @@ import physident as pid
 from physident.recordings.channels import Channels
 from physident.recordings.recording import recording_from_rows
 from tests.bad_input.good import URDF
+from tests.plant import multisine
+from tests.plant_mujoco import MujocoPlant
+from tests.truth import ArmTruth, FrictionTruth
 
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
@@ -99,6 +103,42 @@ def test_a_change_is_named_alone_and_no_change_not_at_all(ur5: pid.Robot) -> Non
     assert changed.causes[0].parameters[0].change == pytest.approx(3.0, rel=1e-2)
     assert (same.causes, same.verdict) == ((), "nothing_missing")
     assert same.incomplete == ()
+
+
+def sticking(robot: pid.Robot, simulator: str, seed: int) -> pid.Recording:
+    """A recording to the last digit of an arm whose joints stick, in MuJoCo or in this package's own simulation."""
+    if simulator == "physident":
+        model = pid.Model.nominal(robot, ("rigid_body", "rotor_inertia", "coulomb_friction"))
+        theta = {"coulomb_friction": COULOMB, "rotor_inertia": ROTOR}
+        values = [
+            theta[c.effect][c.joint - 1] if c.effect in theta else x
+            for c, x in zip(model.columns, model.theta, strict=True)
+        ]  # pyright: ignore[reportOptionalOperand]
+        model = replace(model, theta=np.array(values))
+        return pid.simulate(
+            model, pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1), seed=seed
+        )
+    dry = FrictionTruth(kind="dry", coulomb=COULOMB, viscous=np.zeros(6), breakaway=COULOMB, stribeck_speed=np.ones(6),
+                        bristle_stiffness=np.ones(6), bristle_damping=np.zeros(6), width=np.ones(6), per_degree=np.zeros(6))  # fmt: skip
+    arm = ArmTruth(name="ur5", urdf=robot.urdf, tool="tool0", links=robot.nominal.reshape(6, 10), rotor_inertia=ROTOR,
+                   torque_offset=np.zeros(6), friction=dry, lower=np.full(6, -2.2), upper=np.full(6, 2.2),
+                   top_speed=np.full(6, 1.5), top_acceleration=np.full(6, 3.0), bandwidth=40.0)  # fmt: skip
+    run = MujocoPlant().simulate(arm, multisine(seed))
+    every = round(1 / 125 / (run.time[1] - run.time[0]))
+    return pid.Recording.from_arrays(run.time[::every], run.q[::every], run.torque[::every], run.v[::every])
+
+
+@pytest.mark.parametrize("simulator", ["mujoco", "physident"])
+def test_exact_recordings_of_an_arm_that_sticks_show_what_it_has_and_nothing_else(
+    simulator: str, ur5: pid.Robot
+) -> None:
+    runs = [sticking(ur5, simulator, seed) for seed in (1, 2, 3)]
+    with warnings.catch_warnings(action="ignore", category=pid.PhysidentWarning):
+        found = pid.diagnose_motion(pid.Model.nominal(ur5, ["rigid_body"]), runs[:2], runs[2:])
+    assert {finding.effect for finding in found.causes} == {"coulomb_friction", "rotor_inertia"}
+    for finding, truth in ((f, COULOMB if f.effect == "coulomb_friction" else ROTOR) for f in found.causes):
+        values = [value.value for value in finding.parameters]
+        np.testing.assert_allclose(values, truth[np.array(finding.joints) - 1], rtol=0.03)
 
 
 def test_all_placebos_passing_is_a_refusal() -> None:

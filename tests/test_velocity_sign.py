@@ -49,3 +49,14 @@ def test_friction_at_rest_passes_from_the_sign_before_to_the_sign_after() -> Non
     first, wide = _rest(np.nan, 0.2)
     assert abs(first[5]) < 0.05
     assert wide[5:40].min() > 0.3
+
+
+def test_a_torque_of_one_instant_lies_within_the_spread() -> None:
+    """An exact velocity crosses zero inside a sample: the instrument shows the sign of one instant, or the sample's mean."""
+    half, v = 0.01, np.linspace(-0.015, 0.015, 3001)
+    sign, spread = velocity_sign(v, np.full(v.shape, half), 1e-9, None)
+    inside = np.abs(v) < half
+    error = (np.sign(v) - sign)[inside]
+    size = float(np.sqrt((spread[inside] ** 2).mean()))
+    assert np.sqrt((error**2).mean()) <= size <= 2 * np.sqrt((error**2).mean())
+    assert spread[np.abs(v) > 1.01 * half].max() < 1e-6

@@ -13,8 +13,8 @@ from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import alike_before, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded, single_cause
-from physident.diagnosis.grading.holdout import held_to_unseen, without
-from physident.diagnosis.grading.members import members
+from physident.diagnosis.grading.holdout import held_to_unseen
+from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
@@ -147,7 +147,10 @@ def diagnose_motion(
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
     extended = None
     if sure.accepted:
-        errors = uncertainty if len(sure.accepted) == len(hypothesis.accepted) else uncertainty_of(sure)
+        errors = uncertainty
+        if len(sure.accepted) < len(hypothesis.accepted):
+            errors = uncertainty_of(sure)
+            findings, since_before = (with_values(sure, some, errors) for some in (findings, since_before))
         extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
     elif complete and complete.findings:
         extended = replace(complete.estimate, layout=layout, drive_gains=gains)

@@ -110,12 +110,12 @@ def rounding(regressor: Regressor) -> float:
     return 1e-12 * max(1.0, float(np.abs(regressor.torque).max()))
 
 
-def noise_floor(regressor: Regressor) -> Array:
-    """Smallest noise (n,) [N m|N] that a joint's rows are weighted by: no torque is known better than ``RESOLUTION``.
+def noise_floor(regressor: Regressor, share: float = RESOLUTION) -> Array:
+    """Smallest noise (n,) [N m|N] that a joint's rows are weighted by: no torque is known better than a ``share`` of its size.
 
     Below it, residuals of noise-free data are what resampling, differences and the filter leave, which says nothing about
     the joint; weights that followed it would never settle.
     """
     size = np.sqrt((regressor.torque**2).mean(axis=0))
     # a joint that carries next to no torque is not known better than a hundredth of that share of the others
-    return np.maximum(RESOLUTION * np.maximum(size, size.max() / 100), rounding(regressor))
+    return np.maximum(share * np.maximum(size, size.max() / 100), rounding(regressor))

@@ -27,7 +27,8 @@ def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tup
     motion nothing is known, and the sign is zero.
     """
     sign = expected_sign(v, half, std)
-    spread = np.sqrt(np.maximum(1 - sign**2, 0.0)) * std / np.hypot(std, np.abs(half) + SURE)
+    # a torque is recorded at one instant of a sample or as a mean over it: where the sign turns inside, that is not known
+    spread = np.sqrt(np.maximum(1 - sign**2, 0.0))
     if rests is not None and len(rests.start):
         index, which, u = rests.samples(len(v))
         ends = np.nan_to_num(expected_sign(np.array([rests.before, rests.after]), np.zeros((2, 1)), std))

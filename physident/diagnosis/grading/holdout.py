@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import members
+from physident.diagnosis.grading.members import without
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.model import Model
 from physident.estimation.estimate import as_estimate
 from physident.recordings.recording import Recording
@@ -42,15 +42,6 @@ def held_to_unseen(
         worse = float(np.sum(whole[index])) > float(np.sum(other[index]))
         result.append(replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if worse else finding)
     return tuple(result)
-
-
-def without(hypothesis: Hypothesis, findings: Sequence[Finding]) -> Hypothesis:
-    """The hypothesis without the effects of some findings, all others refitted."""
-    if not findings:
-        return hypothesis
-    dropped = {i for finding in findings for i in members(hypothesis, finding)}
-    kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
-    return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)
 
 
 def _errors(

@@ -1,9 +1,14 @@
-"""Which accepted effects a finding joins."""
+"""Which accepted effects a finding joins, and what the others are worth without those of some findings."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.result.values import parameter_values
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.statistics.intervals import Uncertainty
 
 
 def members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
@@ -15,3 +20,27 @@ def members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
         and set(one.candidate.joints) <= set(finding.joints)
         and getattr(one.effect, "recording", "") == finding.recording
     ]
+
+
+def without(hypothesis: Hypothesis, findings: Sequence[Finding]) -> Hypothesis:
+    """The hypothesis without the effects of some findings, all others refitted."""
+    if not findings:
+        return hypothesis
+    dropped = {i for finding in findings for i in members(hypothesis, finding)}
+    kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
+    return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)
+
+
+def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty: Uncertainty) -> tuple[Finding, ...]:
+    """The findings with the values that a hypothesis gives them; those whose effects it does not hold stay as they are.
+
+    A hint beside a cause takes a part of it, but the extended model does not carry the hint: its values are the cause's.
+    """
+    result = []
+    for finding in findings:
+        accepted = sorted(
+            (hypothesis.accepted[i] for i in members(hypothesis, finding)), key=lambda a: a.candidate.joints
+        )
+        values = tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty))
+        result.append(replace(finding, parameters=values) if values else finding)
+    return tuple(result)

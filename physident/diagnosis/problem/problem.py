@@ -171,26 +171,14 @@ def state_problem(
         weights=np.ones(regressor.torque.shape),
         recording_offsets=recording_offsets,
     )
-    baseline = problem.freedom.baseline(problem.regressor)
-    fit = fit_with_all_candidates(problem.search_data(model), baseline)
-    if (noisy := at_resolution(signals, regressor, fit.sigma, filter, seed)) is not None:
-        signals = noisy
-        regressor = build_regressor(model.robot, [*effects, *nuisances], signals, filter, model=model)
-        problem = replace(problem, signals=tuple(signals), regressor=regressor, evaluated={}, by_model=[])
-        baseline = problem.freedom.baseline(problem.regressor)
-        fit = fit_with_all_candidates(problem.search_data(model), baseline)
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
-    known = known_rows(spread)
-    trusted = replace(
-        problem, weights=known, regressor=weight_rows(regressor, known).in_memory(), evaluated={}, by_model=[]
-    )
-    fit = fit_with_all_candidates(trusted.search_data(model), trusted.freedom.baseline(trusted.regressor))
-    weights = rest_weights(spread, dry_level(ordinary), fit.residual / known, regressor.counted)
-    problem = replace(
-        problem, weights=weights, regressor=weight_rows(regressor, weights).in_memory(), evaluated={}, by_model=[]
-    )
+    problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
+    size = np.sqrt((noise**2).sum(axis=0) / (problem.weights**2).sum(axis=0))
+    if (noisy := at_resolution(signals, regressor, size, filter, seed)) is not None:
+        regressor = build_regressor(model.robot, [*effects, *nuisances], noisy, filter, model=model)
+        problem = replace(problem, signals=tuple(noisy), regressor=regressor, evaluated={}, by_model=[])
+        problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
     baseline = problem.freedom.baseline(problem.regressor)
-    noise = fit_with_all_candidates(problem.search_data(model), baseline).residual
     problem = replace(problem, memory=correlation_rows(regressor, noise))
     data = problem.search_data(model)
     # with an offset of its own, no recording can be predicted by the others
@@ -198,6 +186,24 @@ def state_problem(
     memory = float(problem.memory.max())
     fold = split_into_folds(data, baseline, fit_baseline(data, baseline), memory, recordings, seed)
     return replace(problem, fold=fold)
+
+
+def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array) -> tuple[DiagnosisProblem, Array]:
+    """The problem with its rows weighted by how well they know the sign of velocity, ``spread`` (M, n), at a ``dry`` friction
+    (n,) [N m|N]; and what all candidates at once leave (M, n) of these rows."""
+    known = known_rows(spread)
+    left = _left_by_all(_with_weights(problem, known), model)
+    weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor.counted))
+    return weighted, _left_by_all(weighted, model)
+
+
+def _with_weights(problem: DiagnosisProblem, weights: Array) -> DiagnosisProblem:
+    regressor = weight_rows(problem.regressor, weights).in_memory()
+    return replace(problem, weights=weights, regressor=regressor, evaluated={}, by_model=[])
+
+
+def _left_by_all(problem: DiagnosisProblem, model: Model) -> Array:
+    return fit_with_all_candidates(problem.search_data(model), problem.freedom.baseline(problem.regressor)).residual
 
 
 def _laid_out(model: Model, signals: Sequence[Signals]) -> tuple[tuple[Candidate, ...], list[Effect]]:

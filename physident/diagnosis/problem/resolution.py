@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import Regressor
 from physident.errors import warn
-from physident.estimation.weighting import RESOLUTION, noise_floor
+from physident.estimation.weighting import noise_floor
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
+RESOLUTION = 5e-4  # of a joint's torque: rounding by the 12 bits of a current loop whose range is four times as large
 
 
 def at_resolution(
@@ -29,7 +30,7 @@ def at_resolution(
     None where no joint's does. Every joint gets noise: the residual of another may hide that it is exact too, and beside
     noise of its own the resolution is nothing. It has the size of the resolution after the filter; ``seed`` draws it.
     """
-    floor = noise_floor(regressor)
+    floor = noise_floor(regressor, RESOLUTION)
     exact = sigma < floor
     if not exact.any():
         return None
