@@ -14,7 +14,7 @@ ZERO = 1e-9  # of the largest column: a smaller one is rounding
 
 def whitening(inner: Array, outside: Array) -> Array:
     """Roots (O, k, k) of the inverse of ``outside`` (O, k, k), zero along directions inside the baseline."""
-    size = np.sqrt(np.diagonal(inner, axis1=1, axis2=2))
+    size = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 0.0))
     size = np.where(size > ZERO * np.maximum(size.max(axis=1, keepdims=True), 1e-300), size, np.inf)
     values, vectors = np.linalg.eigh(outside / (size[:, :, None] * size[:, None, :]))
     scale = np.where(values > INSIDE, 1 / np.sqrt(np.maximum(values, INSIDE)), 0.0)
@@ -25,7 +25,7 @@ def pseudo_inverse(H: Array) -> Array:
     """Inverse of a normal matrix (R, R), zero along directions that nothing decides."""
     if not len(H):
         return H
-    size = np.sqrt(np.diag(H))
+    size = np.sqrt(np.maximum(np.diag(H), 0.0))  # rounding may make a silent column negative
     size = np.where(size > ZERO * size.max(), size, np.inf)
     scaled = H / np.outer(size, size)
     try:  # ten times as fast where every direction is decided

@@ -1,0 +1,101 @@
+"""Grades: what a finding must take, leave and hold to be a cause, and what unseen recordings take from it."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.grading.grades import graded
+from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
+from physident.diagnosis.search.forward_search import HANDFUL
+from tests.plant import Arm
+
+NOISE = np.full(2, 0.5)  # N m, that even a right model leaves
+
+
+def hypothesis() -> Any:
+    """Two joints of equal noise, whose rows all count in full."""
+    full = np.ones((100, 2))
+    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0))
+    return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem))
+
+
+def finding(before: float, after: float, **more: Any) -> Finding:
+    gain = Reduction(
+        rms_before=before, rms_after=after, reduction_percent=100 * (1 - after / before), interval95=(1, 99)
+    )
+    value = ParameterValue(name="mass", joint=1, value=2.0, change=2.0, std=0.1, interval95=(1.8, 2.2), unit="kg")
+    made = Finding(
+        effect="payload",
+        joints=(1, 2),
+        parameters=(value,),
+        gain=gain,
+        rivals=(),
+        intervals=(),
+        advice="",
+        evidence=before,
+    )
+    return replace(made, **more)
+
+
+def grade(one: Finding, controlled: bool = False) -> str:
+    return graded(hypothesis(), [one], NOISE, controlled)[0].grade
+
+
+def test_a_cause_takes_more_than_is_left_above_the_noise() -> None:
+    # squares: of 1.25 one takes 0.6 and leaves 0.4 above the noise, the other takes 0.4 and leaves 0.6
+    more, less = finding(1.25**0.5, 0.65**0.5), finding(1.25**0.5, 0.85**0.5)
+    assert (grade(more), grade(less)) == ("cause", "contribution")
+    found = graded(hypothesis(), [less, more], NOISE)
+    assert [f.grade for f in found] == ["cause", "contribution"]
+    assert found[0].takes_percent == pytest.approx(100 * 0.6 / 1.25)
+    assert found[0].leaves_percent == pytest.approx(100 * 0.4 / 1.25)
+
+
+def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -> None:
+    """A right model leaves half a newton metre: what adds a tenth of that power changes no prediction, twice of it does."""
+    assert grade(finding((1.1 * 0.25) ** 0.5, 0.5)) == "contribution"
+    assert grade(finding((3 * 0.25) ** 0.5, 0.5)) == "cause"
+
+
+def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:
+    vague = ParameterValue(name="mass", joint=1, value=0.2, change=0.2, std=0.2, interval95=(-0.2, 0.6), unit="kg")
+    one = finding(2.0, 0.5, parameters=(vague,))
+    assert (grade(one), grade(one, controlled=True)) == ("contribution", "cause")
+
+
+def test_a_doubt_makes_a_hint_however_much_it_takes() -> None:
+    assert grade(finding(9.0, 0.5, doubts=("its sign changes between recordings",))) == "hint"
+
+
+def test_a_contact_lasts_a_moment_and_is_not_held_to_the_rest() -> None:
+    assert grade(finding(1.25**0.5, 1.2**0.5, intervals=((1.0, 1.5),))) == "cause"
+
+
+def test_a_handful_is_less_than_half_of_what_an_arm_can_be_accused_of() -> None:
+    """With more findings than one hand holds a baseline is wrong throughout: an arm has one fault or two at a time."""
+    assert 2 < HANDFUL < len({effect.family for effect in pid.CATALOGUE.values()})
+
+
+def test_what_unseen_recordings_refute_is_no_cause_and_is_not_carried(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate
+) -> None:
+    """Friction that one recording has, and the next has not."""
+    run, unseen = healthy_runs[2:4]
+    assert run.dq is not None
+    rubbing = replace(run, effort=run.effort + 3.0 * np.sign(run.dq) * Arm().friction.coulomb * (np.arange(6) == 2))
+    with warnings.catch_warnings(action="ignore", category=pid.PhysidentWarning):
+        alone = pid.diagnose_motion(healthy_estimate, [rubbing])
+        refuted = pid.diagnose_motion(healthy_estimate, [rubbing], [unseen])
+    assert {(f.effect, f.joints) for f in alone.causes} == {("coulomb_friction", (3,))}
+    assert alone.extended is not None
+    assert refuted.causes == ()
+    assert {f.grade for f in refuted.findings} == {"hint"}
+    assert "not confirmed on unseen data" in refuted.findings[0].doubts
+    assert refuted.extended is None
