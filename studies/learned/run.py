@@ -10,6 +10,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy loads: one pr
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import sys
+from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
@@ -22,29 +23,51 @@ from studies.learned.causes import OUTSIDE
 from studies.learned.trial import judge
 
 FOLDER = Path(__file__).parent
+CACHE = Path(os.environ.get("PHYSIDENT_CACHE", Path.home() / ".cache" / "physident")) / "learned"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--outside", type=int, default=60)
     parser.add_argument("--inside", type=int, default=60)
-    parser.add_argument("--first", type=int, default=0, help="number of the first trial; 0 is reported")
-    parser.add_argument("--dry", action="store_true", help="print the table and keep nothing")
+    parser.add_argument(
+        "--first", type=int, default=200, help="number of the first trial; those below 200 are for development"
+    )
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--resume", action="store_true", help="leave out what was judged before")
+    parser.add_argument(
+        "--keep", action="store_true", help="write results.json and the README's table, and run nothing"
+    )
     asked = parser.parse_args()
-    jobs = [
-        (kind, asked.first + k)
-        for kind, count in (("outside", asked.outside), ("inside", asked.inside))
-        for k in range(count)
-    ]
-    rows = []
-    for job in jobs:
-        rows.append(judge(job))
-        print(json.dumps(rows[-1]), flush=True)
-    results = {"trials": rows, "summary": summary(rows)}
-    if asked.dry:
-        print(table(results["summary"]))
+    file = CACHE / f"from{asked.first}.jsonl"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if not asked.keep:
+        _run(asked, file)
+    rows = _read(file)
+    found = summary(rows)
+    if asked.keep:
+        keep(FOLDER, {"first": asked.first, "trials": rows, "summary": found}, table(found))
     else:
-        keep(FOLDER, results, table(results["summary"]))
+        print(table(found))
+
+
+def _run(asked: argparse.Namespace, file: Path) -> None:
+    """Judge the trials that are asked for, the kinds in turn, and append a line each."""
+    if not asked.resume:
+        file.unlink(missing_ok=True)
+    done = {(row["kind"], row["number"]) for row in _read(file)}
+    counts = {"outside": asked.outside, "inside": asked.inside}
+    jobs = [(kind, asked.first + k) for k in range(max(counts.values())) for kind, count in counts.items() if k < count]
+    jobs = [job for job in jobs if job not in done]
+    with Pool(asked.processes) as pool, file.open("a", encoding="utf-8") as stream:
+        for row in pool.imap_unordered(judge, jobs):
+            stream.write(json.dumps(row) + "\n")
+            stream.flush()
+            print(json.dumps(row), flush=True)
+
+
+def _read(file: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
