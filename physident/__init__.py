@@ -51,6 +51,8 @@ _PUBLIC = {
     "design_trajectory": "excitation.design_trajectory",
     "Discrimination": "excitation.discrimination",
     "design_discriminating": "excitation.design_discriminating",
+    "Coverage": "excitation.coverage",
+    "design_covering": "excitation.design_covering",
     "Session": "excitation.recording_session",
     "design_session": "excitation.recording_session",
     "Trajectory": "excitation.motion.trajectory",
@@ -125,7 +127,9 @@ if TYPE_CHECKING:
     from physident.estimation.payload.payload import Payload
     from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
     from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
+    from physident.excitation.coverage import Coverage
     from physident.excitation.design import Design
+    from physident.excitation.design_covering import design_covering
     from physident.excitation.design_discriminating import design_discriminating
     from physident.excitation.design_trajectory import design_trajectory
     from physident.excitation.discrimination import Discrimination

@@ -84,6 +84,7 @@ def calls(things: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
         "identify": {"robot": robot, "recordings": rest, "effects": "rigid_body", "method": "wls", "filter": None, "columns": None},
         "design_trajectory": design | search | {"source": robot, "criterion": "condition"},
         "design_discriminating": design | search | {"source": estimate, "effect_a": "coulomb_friction", "effect_b": "viscous_friction", "joint": 2, "noise": None},
+        "design_covering": design | search | {"estimate": estimate, "effect": "learned_position", "joint": 2},
         "design_session": design | {"source": robot, "load": None, "motions": 1, "speeds": (1.0,)},
         "load_trajectory": {"path": t["path"]},
         "load_effects": {"path": t["path"]},

@@ -65,7 +65,8 @@ class Task:
 def task_of(source: Robot | Model | Estimate) -> Task:
     """The base parameters of a robot's rigid body, or of all effects of a model, as the columns to excite.
 
-    For an ``Estimate``, columns are scaled by the standard errors of its base parameters and rows by its residual. For a
+    Learned curves are left to ``design_covering``: they have a prior, and need no motion that shows all their numbers. For an
+    ``Estimate``, columns are scaled by the standard errors of its base parameters and rows by its residual. For a
     ``Model``, both are scaled by their size along random motions. A bare ``Robot`` is not scaled, so that the condition
     number is that of the base regressor Y_B. Raises InputError for an estimate without standard errors.
     """
@@ -77,16 +78,26 @@ def task_of(source: Robot | Model | Estimate) -> Task:
             raise InputError(
                 "the model's parameters have no standard errors; expected a model identified from data with noise, or --robot"
             )
-        scale, noise = _positive(errors), _positive(model.sigma)
-        return Task(arm, arm.effects, base.independent, scale, 1 / noise, "columns by standard error, rows by residual")
+        laws = _of_laws(arm, base.independent)
+        scale, noise = _positive(errors[laws]), _positive(model.sigma)
+        return Task(
+            arm, arm.effects, base.independent[laws], scale, 1 / noise, "columns by standard error, rows by residual"
+        )
     base = find_base_parameters(model.robot, model.effects)
     n = model.robot.n
-    unscaled = Task(model, model.effects, base.independent, np.ones(base.r), np.ones(n), UNSCALED)
+    chosen = base.independent[_of_laws(model, base.independent)]
+    unscaled = Task(model, model.effects, chosen, np.ones(len(chosen)), np.ones(n), UNSCALED)
     if isinstance(source, Robot):
         return unscaled
     torque = np.mean([_torques(model, seed) for seed in range(REFERENCE_MOTIONS)], axis=0)
     weights = 1 / _positive(np.sqrt(torque))
     return scaled_to_unit_size(replace(unscaled, weights=weights, weighting="columns and rows by their size"))
+
+
+def _of_laws(model: Model, columns: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which of some columns belong to effects without a prior."""
+    held = np.array([effect.has_prior for effect in model.effects for _ in effect.columns(model.robot)], dtype=bool)
+    return ~held[columns]
 
 
 def scaled_to_unit_size(task: Task) -> Task:

@@ -22,6 +22,9 @@ from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
     from physident.estimation.estimate import Estimate
+    from physident.excitation.coverage import Coverage
+    from physident.excitation.design import Design
+    from physident.excitation.discrimination import Discrimination
     from physident.robots.robot import Robot
 
 MAX_RATE = 1e5  # Hz, faster than any controller
@@ -43,11 +46,14 @@ def design(
     base_frequency: Annotated[
         float | None,
         typer.Option(
-            "--base-frequency", metavar="HZ", help="Base frequency [Hz]; default 0.15, 0.1 with --discriminate."
+            "--base-frequency",
+            metavar="HZ",
+            help="Base frequency [Hz]; default 0.15, 0.1 with --discriminate or --cover.",
         ),
     ] = None,
     periods: Annotated[
-        int | None, typer.Option("--periods", metavar="N", help="Number of periods; default 1, 2 with --discriminate.")
+        int | None,
+        typer.Option("--periods", metavar="N", help="Number of periods; default 1, 2 with --discriminate or --cover."),
     ] = None,
     limits: Annotated[
         str,
@@ -73,8 +79,16 @@ def design(
         tuple[str, str] | None,
         typer.Option("--discriminate", metavar="A B", help="Separate these two rival effects instead."),
     ] = None,
+    cover: Annotated[
+        str | None,
+        typer.Option(
+            "--cover",
+            metavar="EFFECT",
+            help="Go where the curves of this learned effect of the model have not been instead.",
+        ),
+    ] = None,
     joint: Annotated[
-        int | None, typer.Option("--joint", metavar="N", help="With --discriminate: only this joint.")
+        int | None, typer.Option("--joint", metavar="N", help="With --discriminate or --cover: only this joint.")
     ] = None,
     noise: Annotated[
         float | None,
@@ -90,18 +104,12 @@ def design(
     plot: Annotated[Path | None, plot_option("the motion")] = None,
 ) -> None:
     """Design a motion, at rest at both ends and within the limits, that excites all parameters best."""
-    from physident.excitation.design_discriminating import design_discriminating
-    from physident.excitation.design_trajectory import design_trajectory
+    from physident.excitation.coverage import Coverage
+    from physident.excitation.discrimination import Discrimination
     from physident.files import write_json
     from physident.outputs import together
 
-    if discriminate is not None and criterion is not None:
-        raise InputError(
-            "--criterion and --discriminate were both given, expected one of them: --discriminate has its own criterion"
-        )
-    if discriminate is None and (joint is not None or noise is not None):
-        raise InputError("--joint or --noise was given without --discriminate, expected --discriminate A B too")
-
+    _check_aims(criterion, discriminate, cover, joint, noise)
     check_outputs([robot, model], out, csv, json_file, plot=plot)
     if not 0 < rate <= MAX_RATE:
         raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
@@ -114,12 +122,8 @@ def design(
         # without these options, the defaults of either function
         settings |= {} if base_frequency is None else {"base_frequency": base_frequency}
         settings |= {} if periods is None else {"periods": periods}
-        if discriminate is None:
-            result = design_trajectory(source, criterion or "condition", **settings)
-            plan = result
-        else:
-            result = design_discriminating(source, *discriminate, joint, noise=noise, **settings)
-            plan = result.design
+        result = _designed(source, criterion, discriminate, cover, joint, noise, settings)
+    plan = result.design if isinstance(result, Discrimination | Coverage) else result
     with together():
         if csv is not None:
             plan.trajectory.write_csv(csv, rate)
@@ -135,6 +139,53 @@ def design(
     typer.echo(
         f"{result!r}\nwritten: {', '.join(str(path) for path in (out, csv, json_file, plot) if path is not None)}"
     )
+
+
+def _check_aims(
+    criterion: str | None,
+    discriminate: tuple[str, str] | None,
+    cover: str | None,
+    joint: int | None,
+    noise: float | None,
+) -> None:
+    aims = {"--criterion": criterion, "--discriminate": discriminate, "--cover": cover}
+    given = [name for name, value in aims.items() if value is not None]
+    if len(given) > 1:
+        raise InputError(
+            f"{' and '.join(given)} were both given, expected one of them: each says what the motion is for"
+        )
+    if discriminate is None and noise is not None:
+        raise InputError("--noise was given without --discriminate, expected --discriminate A B too")
+    if discriminate is None and cover is None and joint is not None:
+        raise InputError("--joint was given alone, expected --discriminate A B or --cover EFFECT too")
+
+
+def _designed(
+    source: Robot | Estimate,
+    criterion: str | None,
+    discriminate: tuple[str, str] | None,
+    cover: str | None,
+    joint: int | None,
+    noise: float | None,
+    settings: dict[str, Any],
+) -> Design | Discrimination | Coverage:
+    """The design for what was asked."""
+    if discriminate is not None:
+        from physident.excitation.design_discriminating import design_discriminating
+
+        return design_discriminating(source, *discriminate, joint, noise=noise, **settings)
+    if cover is not None:
+        from physident.estimation.estimate import Estimate
+        from physident.excitation.design_covering import design_covering
+
+        if not isinstance(source, Estimate):
+            raise InputError(
+                "--cover was given with --robot, expected --model: an identified model with a learned effect"
+            )
+        return design_covering(source, cover, joint, **settings)
+    from physident.excitation.design_trajectory import design_trajectory
+
+    return design_trajectory(source, criterion or "condition", **settings)
 
 
 def _source(robot: Robot | None, model: Path | None) -> Robot | Estimate:

@@ -139,6 +139,17 @@ class LearnedCurve(Effect):
         Phi = self._shapes(robot, np.tile(x, (count, 1)))[k].T
         return x, Phi @ theta.reshape(count, -1)[k], Phi
 
+    def shapes_at(self, robot: Robot, x: Array) -> Array:
+        """Values (S, modes) of the modes of a curve on one joint, at points x (S,) of its quantity."""
+        return self._shapes(robot, x[None])[0].T
+
+    def of_joint(self, robot: Robot, k: int) -> Self:
+        """The curve of its k-th joint alone."""
+        own = {
+            f: (float(self.shape_values(robot, f)[k]),) for f in self.settings_by_joint if getattr(self, f) is not None
+        }
+        return replace(self, joints=(int(self.active(robot)[k]) + 1,), **own)
+
     def ends(self, robot: Robot, k: int = 0) -> tuple[float, float]:
         """Lower and upper end of the range of its k-th joint."""
         if self.circles(robot)[k]:
