@@ -28,5 +28,5 @@ class Covering(Criterion):
         return -0.5 * np.linalg.slogdet(G + self.known)[1] / len(self.known)
 
     def gradient(self, G: Array) -> tuple[float, Array]:
-        slope: Array = -0.5 / len(self.known) * np.linalg.inv(G + self.known)
+        slope = np.asarray(-0.5 / len(self.known) * np.linalg.inv(G + self.known), dtype=np.float64)
         return float(self.values(G)), slope
