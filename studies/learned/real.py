@@ -159,7 +159,9 @@ def _network(seen: Rows, state: Array) -> Array:
 
     X, wanted = _standard(seen, state)
     size = np.maximum(seen.left.std(axis=0), 1e-9)
-    network = MLPRegressor(hidden_layer_sizes=(64, 64), alpha=1e-2, early_stopping=True, max_iter=500, random_state=SEED)
+    network = MLPRegressor(
+        hidden_layer_sizes=(64, 64), alpha=1e-2, early_stopping=True, max_iter=500, random_state=SEED
+    )
     return network.fit(X, seen.left / size).predict(wanted) * size
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.learned.nearest_law import SAME_SHAPE, laws_of_joint, shares_of_curve
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.folds import blocks
@@ -20,6 +21,7 @@ from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admi
 from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_responses
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT, effect_threshold
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
@@ -51,7 +53,9 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
         progress(f"learned {placed(better)}")
         now = state_hypothesis(now.problem, (*now.accepted, better), now.model, now.data)
     curves = [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]
-    if not curves:
+    if len(now.accepted) == len(start.accepted) and all(
+        a is b for a, b in zip(now.accepted, start.accepted, strict=True)
+    ):
         return found
     return _finished(found, pool, now, curves)
 
@@ -98,8 +102,13 @@ def _with_replacements(
             rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
             curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == variable], threshold)
             if curve is not None and is_admissible(rest, curve) and _is_clearly_better(now, rest, curve):
-                new = AcceptedEffect(curve, _effect(curve))
-                progress(f"learned {placed(new)} in the place of {', '.join(map(placed, laws))}")
+                law = _law_of_its_shape(rest, curve)
+                if law is not None and law.candidate.key in {one.candidate.key for one in laws}:
+                    continue
+                new = law or AcceptedEffect(curve, _effect(curve))
+                progress(
+                    f"{'added' if law else 'learned'} {placed(new)} in the place of {', '.join(map(placed, laws))}"
+                )
                 now = state_hypothesis(now.problem, (*rest.accepted, new), now.model, now.data)
     return now
 
@@ -144,6 +153,17 @@ def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> b
     gain = (law - free).sum(axis=1)
     worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
     return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
+
+
+def _law_of_its_shape(rest: Hypothesis, curve: Candidate) -> AcceptedEffect | None:
+    """The law of the same joint that is within ``SAME_SHAPE`` of a curve, the one of the most gain; None where there is none."""
+    laws = laws_of_joint(rest, curve.joints)
+    for share, law in sorted(zip(shares_of_curve(rest, curve, laws), laws, strict=True), key=lambda pair: -pair[0]):
+        if share < 1 - SAME_SHAPE**2:
+            return None
+        if is_admissible(rest, law):
+            return AcceptedEffect(law, refine_shape(rest, law))
+    return None
 
 
 def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> AcceptedEffect | None:

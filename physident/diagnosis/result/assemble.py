@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.learned.describe import curve_band, nearest_law
+from physident.diagnosis.learned.describe import curve_band
+from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words

@@ -103,9 +103,9 @@ def _levels(d: DiagnosisRecord) -> list[str]:
     rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
     width = len(rows[0]) - 9 * count
     for label, level in (("before", d.before), ("after", d.after)):
-        rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in level.rms))
+        rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(map(_cell, level.rms)))
     if d.noise_floor is not None:
-        rows.append("  noise floor [N m]".ljust(width) + "".join(f"{x:9.4g}" for x in d.noise_floor))
+        rows.append("  noise floor [N m]".ljust(width) + "".join(map(_cell, d.noise_floor)))
     else:
         rows.append("  noise floor: not known, because no motion was repeated")
     if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
@@ -113,6 +113,12 @@ def _levels(d: DiagnosisRecord) -> list[str]:
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows
+
+
+def _cell(value: float) -> str:
+    """A number in a column of nine characters, apart from the one before it."""
+    text = f"{value:.4g}"
+    return f"{text if len(text) < 9 else f'{value:.2e}':>9}"
 
 
 def _finding(number: int, f: Finding, path: str) -> list[str]:
