@@ -11,14 +11,15 @@ import logging
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import yaml
-from figaroh.identification.base_identification import BaseIdentification
-from figaroh.tools.regressor import build_regressor_basic, build_regressor_reduced
-from figaroh.tools.robot import load_robot
+from figaroh.identification.base_identification import BaseIdentification  # pyright: ignore[reportMissingImports]
+from figaroh.tools.regressor import build_regressor_basic, build_regressor_reduced  # pyright: ignore[reportMissingImports]
+from figaroh.tools.robot import load_robot  # pyright: ignore[reportMissingImports]
 from program import Call, Stages, columns
 
 Array = np.ndarray
@@ -26,7 +27,7 @@ SMOOTH = 2.0  # motion is filtered at this many times the cutoff
 MOVING, BEFORE = 0.02, 0.2  # rad/s; s, kept before and after the motion
 LARGEST_DECIMATION = 10  # figaroh's own factor
 NAMES = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-Run = dict[str, Array]
+Run = dict[str, Any]  # of arrays; None where nothing was measured
 
 
 def read(path: Path, moving: bool) -> Run:
@@ -34,7 +35,7 @@ def read(path: Path, moving: bool) -> Run:
     table = pd.read_csv(path)
     t = table["time"].to_numpy()
     time = np.arange(t[0], t[-1], np.median(np.diff(t)))
-    run = {"timestamps": time}
+    run: Run = {"timestamps": time}
     for name, column in (("positions", "q"), ("velocities", "dq"), ("torques", "tau")):
         x = columns(table, column)
         run[name] = np.column_stack([np.interp(time, t, x[:, j]) for j in range(x.shape[1])]) if x.size else None
@@ -90,7 +91,7 @@ class Arm(BaseIdentification):
         joints = [self.model.joints[k] for k in range(1, self.model.njoints)]
         self.identif_config |= {"act_idxq": [j.idx_q for j in joints], "act_idxv": [j.idx_v for j in joints]}
 
-    def load_trajectory_data(self, data_source: str | None = None) -> dict:
+    def load_trajectory_data(self, data_source: str | None = None) -> Any:
         joined = {name: np.concatenate([run[name] for run in self.runs]) for name in self.runs[0]}
         return joined | {"accelerations": None}
 
@@ -104,7 +105,7 @@ class Arm(BaseIdentification):
         self.processed_data = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def predicted(arm: Arm, run: Run) -> Array:
+def predicted(arm: Any, run: Run) -> Array:
     """Torque (N, n) of the selected estimate along a recording."""
     arm.runs, arm.raw_data = [run], run
     arm.process_kinematics_data(arm.filter_config)
@@ -118,7 +119,7 @@ def predicted(arm: Arm, run: Run) -> Array:
     return rows.reshape(-1, len(q)).T
 
 
-def parameters(arm: Arm) -> dict[str, Array]:
+def parameters(arm: Any) -> dict[str, Array]:
     """Links and friction of the selected estimate, or of figaroh's reconstruction from its base parameters."""
     if arm.selected is not None:
         values = dict(zip(arm.selected.names, arm.selected.values, strict=True))

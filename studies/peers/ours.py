@@ -27,7 +27,7 @@ def main() -> None:
     stages.end("fit")
     stages.seconds["fit"] -= stages.seconds.pop("again")
     if call.method == "diagnosed":
-        estimate = pid.diagnose(estimate, train).estimate or estimate  # none where nothing was found
+        estimate = pid.diagnose_motion(estimate, train).estimate or estimate  # none where nothing was found
         stages.end("diagnose")
     table = pd.read_csv(call.task / "test.csv")
     q, dq = columns(table, "q"), columns(table, "dq")

@@ -16,7 +16,7 @@ import pandas as pd
 import pinocchio as pin
 from program import Call, Stages, columns
 from scipy.linalg import qr
-from scipy.signal import butter, filtfilt
+from scipy.signal import butter, sosfiltfilt
 
 Array = np.ndarray
 SMOOTH = 2.0  # positions are filtered at this many times the cutoff
@@ -28,8 +28,7 @@ RANK = 1e-6  # of the largest pivot
 
 
 def low_pass(x: Array, cutoff: float, rate: float) -> Array:
-    b, a = butter(4, cutoff / (rate / 2))
-    return filtfilt(b, a, x, axis=0)
+    return sosfiltfilt(butter(4, cutoff / (rate / 2), output="sos"), x, axis=0)
 
 
 def motion(path: Path, cutoff: float) -> tuple[Array, ...]:
@@ -78,7 +77,8 @@ def equations(model: pin.Model, run: tuple[Array, ...], cutoff: float) -> tuple[
 
 def base(Y: Array) -> tuple[Array, Array]:
     """Indices (r,) of independent columns, and the matrix (r, p) from all parameters to base parameters."""
-    R, order = qr(Y, mode="r", pivoting=True)
+    found: Any = qr(Y, mode="r", pivoting=True)
+    R, order = found
     size = np.abs(np.diag(R[: Y.shape[1]]))
     rank = int((size > RANK * size[0]).sum())
     M = np.zeros((rank, Y.shape[1]))
