@@ -27,6 +27,10 @@ SMOOTH = 2.0  # motion is filtered at this many times the cutoff
 MOVING, BEFORE = 0.02, 0.2  # rad/s; s, kept before and after the motion
 LARGEST_DECIMATION = 10  # figaroh's own factor
 NAMES = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+DERIVED = {
+    "velocities": None,
+    "accelerations": None,
+}  # figaroh derives them from positions, as in its example of a UR10
 Run = dict[str, Any]  # of arrays; None where nothing was measured
 
 
@@ -93,12 +97,12 @@ class Arm(BaseIdentification):
 
     def load_trajectory_data(self, data_source: str | None = None) -> Any:
         joined = {name: np.concatenate([run[name] for run in self.runs]) for name in self.runs[0]}
-        return joined | {"accelerations": None}
+        return joined | DERIVED
 
     def process_kinematics_data(self, filter_config: dict | None = None) -> None:
         joined, parts = self.raw_data, []
         for run in self.runs:
-            self.raw_data = run | {"accelerations": None}
+            self.raw_data = run | DERIVED
             self.filter_kinematics_data(filter_config)
             parts.append(self.processed_data)
         self.raw_data = joined
