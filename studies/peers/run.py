@@ -40,15 +40,14 @@ def arms() -> dict[str, Any]:
     """Every program on every task of the benchmark, each in its own process."""
     benchmark = ROOT / "studies" / "benchmark" / "run.py"
     subprocess.run([sys.executable, benchmark, "--tasks", BUILD / "tasks"], check=True)
-    found: dict[str, Any] = {}
-    for name, call in PROGRAMS.items():
-        program, method = call.split()
-        out = BUILD / name.replace(" ", "_")
-        out.mkdir(parents=True, exist_ok=True)
-        found[name] = {}
-        for task in sorted((BUILD / "tasks").iterdir()):
-            cutoff = CUTOFFS[task.name.split("_")[0]]
-            command = [sys.executable, FOLDER / program, task, method, cutoff, out / f"{task.name}.csv"]
+    found: dict[str, Any] = {name: {} for name in PROGRAMS}
+    for task in sorted((BUILD / "tasks").iterdir()):  # all programs in turn, so that a busy machine is busy for all
+        cutoff = CUTOFFS[task.name.split("_")[0]]
+        for name, call in PROGRAMS.items():
+            program, method = call.split()
+            out = BUILD / name.replace(" ", "_") / f"{task.name}.csv"
+            out.parent.mkdir(parents=True, exist_ok=True)
+            command = [sys.executable, FOLDER / program, task, method, cutoff, out]
             done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
             if done.returncode:
                 sys.exit(f"{name} on {task.name}: {done.stderr.strip().splitlines()[-1]}")
