@@ -1,4 +1,5 @@
-# `make demo`, `make test`, `make docs` and `make wheel`. All but the last set up .venv first; a second run does not reinstall.
+# `make demo`, `make test`, `make docs` set up .venv first; a second run does not reinstall. `make wheel`, `make pythons` and
+# `make lowest` work in environments of their own, which they remove.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +8,7 @@ export OPENBLAS_NUM_THREADS := 1
 STAMP := $(VENV)/.installed
 DOCS_STAMP := $(VENV)/.installed_docs
 
-.PHONY: demo test lint types suite studies docs wheel clean
+.PHONY: demo test lint types suite studies docs wheel pythons lowest clean
 
 demo: $(STAMP)
 	$(BIN)/physident demo
@@ -33,6 +34,12 @@ docs: $(DOCS_STAMP)
 
 wheel:
 	PYTHON=$(PYTHON) .ci/wheel
+
+pythons:
+	.ci/pythons
+
+lowest:
+	.ci/lowest
 
 $(DOCS_STAMP): $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'

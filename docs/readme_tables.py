@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from peer_tables import beside_others, compared
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -267,8 +271,9 @@ PAGES = {
         "real arms": real_arms,
         "found on real arms": found_on_real_arms,
         "measured": measured,
+        "beside others": beside_others,
     },
-    ROOT / "README.md": {"in short": in_short},
+    ROOT / "README.md": {"in short": in_short, "compared": compared},
 }
 
 

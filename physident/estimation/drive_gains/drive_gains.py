@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 METHODS = ("tls", "ls", "physical")
 HEAVIEST = 10.0  # of the arm's own mass
 VAGUE = 0.15  # half-width of a relative interval above which a gain is called vague
+LARGEST_EXPONENT = 700.0  # of an interval that says nothing; numbers beyond overflow
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -172,7 +173,7 @@ def identify_drive_gains(
         )
     covariance, blocks = equations.log_covariance(solution)
     gains = np.where(found, solution.gains, np.nan)
-    spread = np.exp(t_quantile(blocks) * np.sqrt(np.diag(covariance)))
+    spread = np.exp(np.minimum(t_quantile(blocks) * np.sqrt(np.diag(covariance)), LARGEST_EXPONENT))
     return DriveGains(
         method=method,
         gains=gains,

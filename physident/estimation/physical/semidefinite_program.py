@@ -96,6 +96,8 @@ class SemidefiniteProgram:
         """
         scale = 1 / np.sqrt(data.rows)
         strength = TIE_BREAK if isinstance(self.problem.prior, NoPrior) else strength
+        if not (np.isfinite(data.R).all() and np.isfinite(data.z).all()):  # cvxpy's own answer depends on its version
+            raise NotSolvedError(self._advice("unbounded"))
         self.R.value, self.z.value = data.R * scale, data.z * scale
         self.strength.value = strength
         reason = ""
