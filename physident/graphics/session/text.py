@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed
 from physident.effects.catalogue import effect_label
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
@@ -62,7 +62,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
         f"## {number}. {cause(finding.effect, finding.joints)}",
         "",
         f"Residual {gain.rms_before:.3g} → {gain.rms_after:.3g} N m RMS on left-out rows:"
-        f" **{gain.reduction_percent:.0f} % less** (95 %: {low:.0f} to {high:.0f} %).",
+        f" **{gain.reduction_percent:.0f} % less** (95 %: {round(low)} to {round(high)} %).",
         "",
         _row(["parameter", "joint", "value", "95 % interval", "unit"]),
         _row(["---"] * 5),
@@ -79,9 +79,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
-    lines += [finding.in_words, ""] if finding.in_words else []
-    if finding.advice:
-        lines += [finding.advice, ""]
+    lines += [in_words(text) + "\n" for text in (finding.in_words, finding.advice) if text]
     return lines
 
 
