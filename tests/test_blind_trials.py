@@ -16,7 +16,11 @@ import pytest
 from studies.blind_trials import arms, run, trial
 
 GROUP = 9
-NAMED = {2: "missing strong", 4: "different middle", 5: "nominal strong"}  # trials by what they ask and how visible it is
+NAMED = {
+    2: "missing strong",
+    4: "different middle",
+    5: "nominal strong",
+}  # trials by what they ask and how visible it is
 WEAK, INVISIBLE, PAIR = 3, 9, run.PAIRS_FROM + 1
 Row = dict[str, Any]
 

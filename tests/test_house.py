@@ -214,7 +214,10 @@ def test_text_speaks_of_the_project_alone() -> None:
             or any(part.startswith(".") or part == "__pycache__" for part in inside[:-1])
         ):
             continue
-        if path.suffix in (".py", ".md", ".toml", ".json", ".ipynb", ".cff", ".urdf", ".pyi", "") and path.stat().st_size < 5e6:
+        if (
+            path.suffix in (".py", ".md", ".toml", ".json", ".ipynb", ".cff", ".urdf", ".pyi", "")
+            and path.stat().st_size < 5e6
+        ):
             text = path.read_text(encoding="utf-8", errors="ignore")
             found = [needle for needle in needles if needle in text]
             assert not found, f"{path}: {found}"

@@ -24,7 +24,11 @@ def executed(path: Path, folder: Path) -> nbformat.NotebookNode:
     notebook = nbformat.read(path, as_version=4)
     own = {**os.environ, **QUIET, "IPYTHONDIR": str(folder / ".ipython"), "PYTHONPATH": os.pathsep.join(_packages())}
     client = NotebookClient(
-        notebook, timeout=LIMIT, kernel_name="python3", record_timing=False, resources={"metadata": {"path": str(folder)}}
+        notebook,
+        timeout=LIMIT,
+        kernel_name="python3",
+        record_timing=False,
+        resources={"metadata": {"path": str(folder)}},
     )
     client.execute(env=own)
     for cell in notebook.cells:
