@@ -140,7 +140,7 @@ def _shape_at(effect: Effect, joint: int) -> dict[str, tuple[float, ...]]:
         field: value for field in fields if isinstance(value := getattr(effect, field), tuple)
     }
     index = joints.index(joint) if joint in joints else 0
-    return {field: (v[index] if len(v) > 1 else v[0],) for field, v in values.items()}
+    return {field: v[index : index + 1] if len(v) > 1 else v for field, v in values.items()}
 
 
 def _reduced(model: Model, names: tuple[str, str], joints: tuple[int, ...]) -> Model:
