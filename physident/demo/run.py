@@ -62,7 +62,7 @@ class Demo:
                 "",
                 f"the truth, {verdict} above: {self.truth!r}",
                 "",
-                "open: " + ", ".join(map(str, self.files)),
+                *(f"open: {_opened(path)}" for path in self.files),
             ]
         )
 
@@ -80,6 +80,11 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
         return _run(folder, seed)
     finally:
         _list_files(folder)
+
+
+def _opened(path: Path) -> str:
+    """A file, and what opens it."""
+    return f"{path} with: rerun {path}" if path.suffix == ".rrd" else f"{path} in a browser"
 
 
 def write_recordings(folder: str | Path = "demo", seed: int = 0) -> Truth:
