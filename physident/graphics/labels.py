@@ -20,7 +20,7 @@ WIDTH, HEIGHT = (
     0.1,
     0.075,
 )  # of a label, in parts of the arm's reach: those of the viewer's letters in a view of a third
-DISTANCES = (0.09, 0.16)  # of a label from its joint, in parts of the reach
+DISTANCES = (0.08, 0.13)  # of a label from its joint, in parts of the reach
 DIRECTIONS = 12  # that are tried at each distance
 POSES = 60  # of the motion that are looked at
 ROUNDS = 4  # in which every label is moved once

@@ -23,7 +23,8 @@ from physident.replay.score import Replay
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-ARMS = (("as_it_was", AS_IT_WAS, style.MODELS[0]), ("extended", EXTENDED, style.MODELS[1]))  # path, name and colour
+# path, name, colour and width of curves: where both coincide, the second one lies in the first
+ARMS = (("as_it_was", AS_IT_WAS, style.MODELS[0], 2.6), ("extended", EXTENDED, style.MODELS[1], 1.1))
 ALPHA = 90  # of 255: a simulated arm is transparent
 TOOL = 0.008  # m: radius of the tool's point, a third of which is that of the arrow to where it is simulated
 NEAR = 0.25  # of the distance of the whole arm
@@ -62,7 +63,7 @@ def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | No
     worst = int(np.argmax(np.linalg.norm(gaps[0], axis=1)))  # the session opens there
     points = log_arm(rec, "measured", robot, clock, q, meshes, cover=(COVER, measured[worst]))
     rows, covered = np.append(worst, np.arange(len(instant))), np.append(COVER, instant)
-    for (arm, name, colour), one, gap in zip(ARMS, simulated, gaps, strict=False):
+    for (arm, name, colour, width), one, gap in zip(ARMS, simulated, gaps, strict=False):
         log_arm(rec, arm, robot, instant, one, meshes, cover=(COVER, one[worst]))
         tint(rec, arm, robot, COVER, [*rgb(colour), ALPHA], meshes)
         rec.log(f"{arm}/tool", rr.Points3D.from_fields(colors=[rgb(colour)], radii=[TOOL]), static=True)
@@ -70,10 +71,10 @@ def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | No
         rec.send_columns(f"{arm}/gap", [duration(covered)], arrows)
         rec.log(f"{arm}/gap", rr.Arrows3D.from_fields(colors=[rgb(colour)], radii=[TOOL / 3]), static=True)
         distance = 1e3 * np.linalg.norm(gap, axis=1)
-        curve(rec, f"error/tool/{arm}", instant, distance, f"{name} [mm]", colour)
+        curve(rec, f"error/tool/{arm}", instant, distance, f"{name} [mm]", colour, width)
         for j in range(robot.n):
             away = 1e3 * (one - measured)[:, j]
-            curve(rec, f"error/joint_{j + 1}/{arm}", instant, away, f"{name} [mrad]", colour)
+            curve(rec, f"error/joint_{j + 1}/{arm}", instant, away, f"{name} [mrad]", colour, width)
     rec.log("summary", rr.TextDocument(_summary(replayed.replay), media_type="text/markdown"), static=True)
     camera = Camera.around(
         points, f"measured arm, and simulations {horizon:g} s ahead; opens as at {instant[worst]:.1f} s"
