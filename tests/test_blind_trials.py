@@ -17,10 +17,6 @@ from studies.blind_trials import arms, run, trial
 
 GROUP = 9
 NAMED = {2: "missing strong", 4: "different middle"}  # trials by what they ask and how visible it is
-    2: "missing strong",
-    4: "different middle",
-    5: "nominal strong",
-}  # trials by what they ask and how visible it is
 WEAK, INVISIBLE, PAIR = 6, 9, run.PAIRS_FROM + 1
 Row = dict[str, Any]
 
