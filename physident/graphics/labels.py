@@ -71,9 +71,17 @@ def label_offsets(positions: Array, upright: Array) -> Array:
         for j in range(len(at)):
             others = [k for k in range(len(at)) if k != j]
             boxes = np.concatenate([(at + picked[:, None])[others], at])  # other labels, and the joints themselves
-            cost = [float(_covered(at[j] + place, boxes) @ weight) + 0.1 * k for k, place in enumerate(places)]
+            cost = [
+                float((_covered(at[j] + place, boxes) + _nearer(place, at[others] - at[j])) @ weight) + 0.1 * k
+                for k, place in enumerate(places)
+            ]
             picked[j] = places[int(np.argmin(cost))]
     return reach * picked @ screen
+
+
+def _nearer(place: Array, others: Array) -> Array:
+    """How many other joints (K, P, 2) a label at a place (2,) is nearer to than to its own joint, in each pose (P,)."""
+    return (np.linalg.norm(others - place, axis=2) < np.linalg.norm(place)).sum(axis=0) / 2
 
 
 def _covered(label: Array, boxes: Array) -> Array:
