@@ -14,6 +14,7 @@ import physident as pid
 from physident.graphics.labels import HEIGHT, VIEW_FROM, WIDTH, label_offsets
 from physident.graphics.scene import _logged, link_poses, tool_path
 from physident.graphics.visuals import Visual, arm_visuals, turned_to
+from physident.robots.sources import packaged_meshes
 from tests.robots import TREE
 
 BOXED = """<robot name="boxed">
@@ -119,3 +120,11 @@ def _screen() -> tuple[np.ndarray, np.ndarray]:
     """The directions to the right and up of a camera that looks from the front right, a little above."""
     across = np.array([0.95, 0.7, 0.0]) / np.hypot(0.95, 0.7)
     return across, np.cross(VIEW_FROM / np.linalg.norm(VIEW_FROM), across)
+
+
+def test_a_packaged_arm_is_drawn_with_its_own_meshes() -> None:
+    if packaged_meshes() is None:
+        pytest.skip("the Panda's description is not installed (pip install example-robot-data)")
+    meshes = [visual for visual in arm_visuals(pid.load_robot("panda")) if visual.kind == "mesh"]
+    assert {visual.joint for visual in meshes} == set(range(-1, 7))
+    assert all(visual.mesh is not None and visual.mesh.is_file() for visual in meshes)

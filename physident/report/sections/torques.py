@@ -83,9 +83,10 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
         return tag("figure", tag("figcaption", f"{title}: no row with motion"))
     time = pair.before.time[rows] - start
     looks = ((AS_IT_WAS, style.AS_IT_WAS, 2.0), (EXTENDED, style.EXTENDED, 1.0))  # coinciding lines lie in one another
-    models = [(p, *look) for p, look in zip(pair.both, looks, strict=False)]
-    predicted = [Line(name, time, (p.measured - p.residual)[rows, j], *look) for p, name, *look in models]
-    residuals = [Line(name, time, p.residual[rows, j], *look) for p, name, *look in models]
+    predicted, residuals = [], []
+    for p, (name, colour, width) in zip(pair.both, looks, strict=False):
+        predicted.append(Line(name, time, (p.measured - p.residual)[rows, j], colour, width))
+        residuals.append(Line(name, time, p.residual[rows, j], colour, width))
     measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 3.0)
     sizes = [float(p.rms[j]) for p in pair.both]
     text = arrow(sizes, unit)
