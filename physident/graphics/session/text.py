@@ -9,6 +9,7 @@ from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed
 from physident.effects.catalogue import effect_label
+from physident.graphics.figures.residual import torque_units
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
 
@@ -23,7 +24,8 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
     lines = []
     if data.predictions:
         names = [p.name for p in data.predictions]
-        lines += ["**RMS residual** [N m], and in % of the joint's RMS torque", ""]
+        units = " or ".join(sorted(set(torque_units(robot))))
+        lines += [f"**RMS residual** [{units}], and in % of the joint's RMS torque", ""]
         lines += [_row(["joint", *names]), _row(["---"] * (len(names) + 1))]
         for j, name in enumerate(robot.joint_names):
             size = _rms(data.measured[:, j])
