@@ -1,4 +1,4 @@
-"""Draws docs/pictures/session.png: a session of a real UR10e, its diagnosis and what is left, as the viewer shows it.
+"""Draws docs/pictures/session.png: a session of a real UR10e and its diagnosis, as it opens in the viewer.
 
 The first of eight runs is kept from fitting and diagnosis, and shown. Needs the recordings that the studies use
 (`PHYSIDENT_DATA`), about a minute, and a Vulkan driver, for which a processor will do (Debian: mesa-vulkan-drivers).
@@ -12,14 +12,11 @@ import tempfile
 import time
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import physident as pid
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "session.png"
-SHOWN = 20.0  # s on the session's clock: the arm is in motion
-TAB = "effects of"
 MENU, WIDTH = 36, 1600  # pixels
 PORT = 19876
 SETTLE = 12.0  # s until a slow computer has drawn every view
@@ -43,7 +40,7 @@ def main() -> None:
 
 
 def draw(path: Path) -> None:
-    """Open the session in a viewer without a window, choose tab and instant, and keep the picture without its menu."""
+    """Open the session in a viewer without a window, and keep the picture of how it opens, without its menu."""
     from PIL import Image
     from rerun.experimental import ViewerClient
 
@@ -51,26 +48,12 @@ def draw(path: Path) -> None:
     program = Path(sys.executable).with_name("rerun")
     with ViewerClient.spawn(headless=True, port=PORT, executable_path=str(program)) as viewer:
         viewer.open(str(path))
-        blueprint = viewer.get_blueprint().blueprint
-        viewer.set_blueprint(with_tab(blueprint, TAB), "recording")
-        viewer.set_time("time", duration=SHOWN, play_state="paused")
         time.sleep(SETTLE)
         picture = Image.open(BytesIO(viewer.take_screenshot())).convert("RGB")
     picture = picture.crop((0, MENU, *picture.size))
     picture = picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Image.Resampling.LANCZOS)
     PICTURE.parent.mkdir(exist_ok=True)
     picture.save(PICTURE, optimize=True)
-
-
-def with_tab(blueprint: dict[str, Any], name: str) -> dict[str, Any]:
-    """The blueprint with the tab in front whose name begins so."""
-    containers = {
-        path: entity["ContainerBlueprint"] for path, entity in blueprint.items() if "ContainerBlueprint" in entity
-    }
-    front = next(path for path, one in containers.items() if str(one.get("display_name", "")).startswith(name))
-    tabs = next(path for path, one in containers.items() if one["container_kind"] == "Tabs")
-    changed = containers[tabs] | {"active_tab": front.removeprefix("/")}
-    return blueprint | {tabs: blueprint[tabs] | {"ContainerBlueprint": changed}}
 
 
 if __name__ == "__main__":

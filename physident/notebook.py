@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
+NUMBER = re.compile(r"[-−+]?[\d.]+(e[-+]?\d+)?( ?[±%(].*)?")
 CELL = Markup('<{0} style="text-align:{1}">{2}</{0}>')
 
 
@@ -29,7 +31,8 @@ def _columns(rows: Sequence[Sequence[object]]) -> list[object]:
 
 
 def _is_number(cell: object) -> bool:
-    return str(cell)[:1].isdigit() or (str(cell)[:1] in "-−" and len(str(cell)) > 1)
+    """Whether a cell is a number, perhaps with its error or unit; "3 elbow_joint" is a name."""
+    return NUMBER.fullmatch(str(cell)) is not None
 
 
 def _cell(name: str, cell: object, number: bool) -> Markup:

@@ -141,3 +141,18 @@ def test_a_session_has_what_a_diagnosis_splits_by(tree):
     for bad in refused:
         with pytest.raises(pid.InputError):
             pid.design_session(tree, **bad)
+
+
+def test_rivals_of_an_identified_model_keep_the_settings_of_their_joints(arm):
+    """``identify`` finds a width for each joint; the effect on some joints has the widths of these."""
+    widths = (0.01, 0.02, 0.03, 0.04, 0.05, 0.06)
+    effects = tuple(replace(e, smoothing=widths) if e.name == "coulomb_friction" else e for e in arm.effects)
+    rivals = rivals_of(pid.Model(arm.robot, effects, arm.theta), "coulomb_friction", "load_dependent_friction", 2)
+    (left,) = (e for e in rivals.reduced_model.effects if e.name == "coulomb_friction")
+    assert left.joints == (1, 3, 4, 5, 6)
+    assert left.smoothing == (0.01, 0.03, 0.04, 0.05, 0.06)
+    (there,) = rivals.variants[0]
+    assert (there.joints, there.smoothing) == ((2,), (0.02,))
+    (on_joint,) = rivals.on("coulomb_friction", 2)
+    assert (on_joint.joints, on_joint.smoothing) == ((2,), (0.02,))
+    assert len(rivals.reduced_model.theta) == len(arm.theta) - 1

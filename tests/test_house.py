@@ -157,20 +157,8 @@ def test_verbs_say_shape_or_unit_and_errors(name: str) -> None:
     assert "InputError" in doc, f"{name}: its docstring does not state its errors"
 
 
-def test_readme_code_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Python blocks run one after another in a folder that holds what `physident demo` writes."""
-    from physident.cli import run
-
-    monkeypatch.chdir(tmp_path)
-    assert run(["demo"]) == 0
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.S)
-    assert blocks
-    exec(compile("\n".join(blocks), "README.md", "exec"), {"__name__": "readme"})
-
-
-def test_readme_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lines that start with `physident` in README's shell blocks on demo recordings, run as typed."""
+def test_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines of shell blocks on demo recordings run as typed, and Python blocks one after another where `physident demo` was run."""
     import shlex
 
     from physident.cli import run
@@ -179,12 +167,16 @@ def test_readme_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```(?:sh|bash)\n(.*?)```", text, flags=re.S)
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
-    commands = [shlex.split(line, comments=True) for line in lines if line.startswith("physident ")]
+    typed = [shlex.split(line, comments=True) for line in lines if line.startswith("physident ")]
+    # each once; others are shown with the reader's own files
+    commands = list(dict.fromkeys(tuple(c[1:]) for c in typed if not any(w.startswith("runs/") for w in c)))
     assert len(commands) >= 3
+    assert commands[0] == ("demo",)
     for command in commands:
-        if any(word.startswith("runs/") for word in command):
-            continue  # shown with the reader's own files
-        assert run(command[1:]) == 0, command
+        assert run(list(command)) == 0, command
+    examples = re.findall(r"```python\n(.*?)```", text, flags=re.S)
+    assert examples
+    exec(compile("\n".join(examples), "README.md", "exec"), {"__name__": "readme"})
 
 
 def test_tables_of_measured_figures_are_in_step() -> None:
@@ -222,7 +214,10 @@ def test_text_speaks_of_the_project_alone() -> None:
             or any(part.startswith(".") or part == "__pycache__" for part in inside[:-1])
         ):
             continue
-        if path.suffix in (".py", ".md", ".toml", ".json", ".cff", ".urdf", ".pyi", "") and path.stat().st_size < 5e6:
+        if (
+            path.suffix in (".py", ".md", ".toml", ".json", ".ipynb", ".cff", ".urdf", ".pyi", "")
+            and path.stat().st_size < 5e6
+        ):
             text = path.read_text(encoding="utf-8", errors="ignore")
             found = [needle for needle in needles if needle in text]
             assert not found, f"{path}: {found}"

@@ -55,7 +55,7 @@ def test_compare_draws_what_either_model_leaves(folder: Path, drawn: list[Any]) 
     gain = pid.compare(before, after, on=pid.load_recordings(folder / "two.csv"))
     axis = figure.axes[1]
     lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axis.get_lines()}
-    for name, score in (("before", gain.before), ("after", gain.after)):
+    for name, score in (("model as it was", gain.before), ("extended model", gain.after)):
         assert np.sqrt(np.mean(lines[name] ** 2)) == pytest.approx(score.rms[1], rel=1e-6)
     assert f"{gain.before.rms[1]:.3g} to {gain.after.rms[1]:.3g} N m" in axis.get_title(loc="left")
     assert axis.get_ylabel() == "residual [N m]"
@@ -157,7 +157,7 @@ def test_curves_are_drawn_into_axes_of_the_user(folder: Path) -> None:
     assert len(axes[0].get_lines()) == 6
     np.testing.assert_array_equal(axes[0].get_lines()[3].get_ydata(), run_.effort[:, 3])
     lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axes[1].get_lines()}
-    np.testing.assert_allclose(lines["measured"] - lines["predicted"], lines["difference"])
+    np.testing.assert_allclose(lines["measured"] - lines["predicted"], lines["residual"])
     gain = pid.compare(before, after, on=run_)
     for line, score in zip(axes[2].get_lines(), (gain.before, gain.after), strict=True):
         assert np.sqrt(np.mean(np.asarray(line.get_ydata()) ** 2)) == pytest.approx(score.rms[1], rel=1e-6)

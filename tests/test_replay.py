@@ -13,10 +13,13 @@ import physident as pid
 from physident.cli import run
 from physident.diagnosis.result.saved import read_diagnosis
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.payload import Payload
 from physident.estimation.estimate import Estimate, as_estimate
+from physident.recordings.formats.csv import write_csv
 from physident.replay.replay import replay
 from physident.replay.windows import cut_windows, drive_torque
 from physident.simulation.integrate import integrate
+from physident.simulation.simulate import Simulation
 
 NAMES = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 SIMULATORS = ("mujoco", "physident")
@@ -152,27 +155,30 @@ def test_a_link_that_cannot_be_is_refused_by_mujoco_alone(recording: pid.Recordi
 
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(["demo"]) == 0
-    assert run(["identify", "demo/before_1.csv", "--robot", "ur5", "--method", "physical", "--out", "a.json"]) == 0
+    loaded = arm(Payload(), extra=(3.0, 0.0, 0.0, 0.3, 0.03, 0.0, 0.03, 0.0, 0.0, 0.01))
+    for seed, (name, one) in enumerate({"fitted": arm(), "other": arm(), "now": loaded}.items()):
+        motion = pid.random_trajectory(one.robot, seed=seed, duration=10.0)
+        write_csv(f"{name}.csv", Simulation(one, motion, sensors=pid.Sensors(torque_noise=0.5), seed=seed).table())
+    assert run(["identify", "fitted.csv", "--robot", "ur5", "--method", "physical", "--out", "a.json"]) == 0
     capsys.readouterr()
     outputs = ["--json", "r.json", "--plot", "r.png", "--out", "r.rrd"]
     models = ["--model", "a.json", "--model", "a.json"]
-    assert run(["replay", *models, "demo/before_2.csv", *outputs, "--simulator", "mujoco"]) == 0
+    assert run(["replay", *models, "other.csv", *outputs, "--simulator", "mujoco"]) == 0
     shown = capsys.readouterr().out
     data = json.loads(Path("r.json").read_text())
     assert data["verdict"] in shown
     assert data["before"]["tool"] == data["after"]["tool"]
     assert all(Path(name).stat().st_size > 1000 for name in ("r.json", "r.png", "r.rrd"))
     for options in (
-        ["--model", "a.json", "demo/before_1.csv"],
-        ["--model", "a.json", "demo/before_2.csv", "--simulator", "bullet"],
-        ["--model", "a.json", "demo/before_2.csv", "--out", "r.txt"],
-        ["--model", "a.json", "demo/before_2.csv", "--meshes", "none"],
-        [*models, "--model", "a.json", "demo/before_2.csv"],
+        ["--model", "a.json", "fitted.csv"],
+        ["--model", "a.json", "other.csv", "--simulator", "bullet"],
+        ["--model", "a.json", "other.csv", "--out", "r.txt"],
+        ["--model", "a.json", "other.csv", "--meshes", "none"],
+        [*models, "--model", "a.json", "other.csv"],
     ):
         assert run(["replay", *options]) == 2, options
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
-    diagnosed = ["diagnose", "--model", "a.json", "demo/now_1.csv", "demo/now_2.csv", "--json", "d.json"]
+    diagnosed = ["diagnose", "--model", "a.json", "now.csv", "--json", "d.json"]
     assert run([*diagnosed, "--simulator", "bullet"]) == 2
     assert run([*diagnosed, "--simulator", "physident"]) == 0  # a diagnosis may leave links that MuJoCo refuses
     saved = read_diagnosis("d.json")

@@ -42,9 +42,9 @@ def test_measured_and_simulated_arms_are_in_the_file(replayed: Replayed, tmp_pat
     path = tmp_path / "r.rrd"
     write_replay(replayed, named_after_code(), path)
     paths = {chunk.entity_path for chunk in RrdReader(path).stream()}
-    for arm in ("measured", "before", "after"):
+    for arm in ("measured", "as_it_was", "extended"):
         assert {f"/{arm}/link_{j}" for j in (1, 2)} | {f"/{arm}/tool"} <= paths
-    for arm in ("before", "after"):
+    for arm in ("as_it_was", "extended"):
         assert {f"/{arm}/gap", f"/error/tool/{arm}", f"/error/joint_2/{arm}"} <= paths
     with pytest.raises(pid.InputError, match="rrd"):
         write_replay(replayed, named_after_code(), tmp_path / "r.txt")

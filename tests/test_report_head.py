@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from datetime import date
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.result.findings import Verdict
 from physident.effects.classification import Family
 from physident.graphics.style import effect_colour
 from physident.report.sections import practice as sentences
-from physident.report.sections.arm import RADIUS, arm_picture
-from physident.report.sections.practice import practice
+from physident.report.sections.arm import RADIUS, _places, arm_picture
+from physident.report.sections.practice import WITHOUT_CAUSE, practice
 from tests.page import Element, read_page
 from tests.test_report import made
 
@@ -92,3 +95,22 @@ def test_every_effect_has_a_sentence_of_what_to_do() -> None:
     texts = [practice(name) for name in pid.CATALOGUE] + list(sentences.FAMILIES.values())
     assert all(text.endswith(".") and ": " in text for text in texts)
     assert {family for family in Family if family.value != "learned"} == set(sentences.FAMILIES)
+
+
+def test_joints_at_one_place_share_a_circle() -> None:
+    joints = np.array([[0.0, 0.0], [0.5, 0.0], [4 * RADIUS, 0.0], [0.0, 0.4 * RADIUS]])
+    assert _places(joints) == [[1, 2, 4], [3]]
+
+
+def test_every_verdict_without_a_cause_says_what_to_do(folder: Path, tmp_path: Path) -> None:
+    assert set(WITHOUT_CAUSE) == set(get_args(Verdict))
+    data = json.loads((folder / "diagnosis.json").read_text())
+    for finding in data["findings"]:
+        finding["grade"] = "hint"  # which the extended model does not carry
+    saved = tmp_path / "diagnosis.json"
+    saved.write_text(json.dumps(data | {"verdict": "unexplained", "extended_model": None}))
+    shown = page(saved)
+    (head,) = shown.all("header")
+    assert WITHOUT_CAUSE["unexplained"] in head.text
+    assert "not certain enough to be added to the model" in head.text
+    assert not [bars for bars in shown.all("div", "bars") if len(bars.all("i")) != 1]  # there is no extended model

@@ -1,39 +1,40 @@
-"""Vertical axes of a session: all of every curve, and two numbers beside it, for any curve."""
+"""Vertical axes of a session fit the curves, and the title of a plot has what the viewer does not label."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import pytest
 
-from physident.graphics.session.axis_ranges import MARGIN, MAX_TICKS, labelled_range
+from physident.graphics.session.axis_ranges import MARGIN, extent, in_title, with_margin
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_range_holds_its_curves_and_two_numbered_marks(seed: int) -> None:
+def test_a_range_holds_its_curves_and_little_more(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(200):
         size, middle = 10 ** rng.uniform(-3, 4), rng.normal()
         curves = [size * (middle + rng.uniform(-1, 1, 30)) for _ in range(2)]
         curves[0][3] = np.nan
-        found = labelled_range(curves)
+        found = extent(curves)
         assert found is not None
-        low, high = found
-        least, most = (float(f([f(c[np.isfinite(c)]) for c in curves])) for f in (min, max))
-        assert low < least < most < high
-        numbered = [
-            step
-            for step in 10.0 ** np.arange(-5, 6)
-            if (high - low) / step <= (1 + 2 * MARGIN) * 2 * MAX_TICKS
-            and np.floor(high / step) - np.ceil(low / step) >= 1
-        ]
-        assert numbered
-        # what is added is less than a mark's distance, and that less than the curves' own length times ten over the dense
-        assert high - low <= (1 + 2 * MARGIN) * ((most - least) + 2 * 10 * (most - least) / MAX_TICKS)
+        assert found == (np.nanmin(curves), np.nanmax(curves))
+        low, high = with_margin(found)
+        assert low < found[0] < found[1] < high
+        assert high - low == pytest.approx((1 + 2 * MARGIN) * (found[1] - found[0]))
+        # the title has both ends, to a tenth of the power of ten below the length
+        said = [float(x) for x in re.findall(r"-?[\d.]+(?:e[+-]\d+)?", in_title(found, "N m"))]
+        np.testing.assert_allclose(said, found, atol=0.051 * (found[1] - found[0]))
+
+
+def test_a_plot_with_a_legend_has_room_above() -> None:
+    assert with_margin((0.0, 1.0), above=0.5) == pytest.approx((-MARGIN, 1.0 + MARGIN + 0.5))
 
 
 def test_nothing_to_show_has_no_range() -> None:
-    assert labelled_range([]) is None
-    assert labelled_range([np.full(4, np.nan)]) is None
-    assert labelled_range([np.full(4, 2.0), np.array([np.nan])]) is None
-    low, high = labelled_range([np.array([-50.0, 60.0])]) or (0.0, 0.0)
-    assert low < -50 < 60 < 100 < high or low < -100 < 60 < high  # by hand: 0 alone is in between
+    assert extent([]) is None
+    assert extent([np.full(4, np.nan)]) is None
+    assert extent([np.full(4, 2.0), np.array([np.nan])]) is None
+    assert in_title(None, "N m") == "[N m]"
+    assert in_title((-5.84, 6.02), "N m") == "-6 to 6 N m"

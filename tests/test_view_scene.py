@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
+from physident.graphics.labels import HEIGHT, VIEW_FROM, WIDTH, label_offsets
 from physident.graphics.scene import _logged, link_poses, tool_path
 from physident.graphics.visuals import Visual, arm_visuals, turned_to
+from physident.robots.sources import packaged_meshes
 from tests.robots import TREE
 
 BOXED = """<robot name="boxed">
@@ -97,3 +100,31 @@ def test_a_collada_mesh_is_logged_with_its_type(tmp_path: Path, ending: str, med
     mesh.write_text("<COLLADA/>")
     asset, _ = _logged(Visual("mesh", 0, np.eye(3), np.zeros(3), (1.0, 1.0, 1.0), mesh))
     assert asset.media_type.as_arrow_array().to_pylist() == [media_type]
+
+
+@pytest.mark.parametrize("name", ["ur5", "ur10e"])
+def test_names_of_joints_do_not_cover_one_another_on_opening(name: str) -> None:
+    robot = pid.load_robot(name)
+    rng = np.random.default_rng(4)
+    across, up = _screen()
+    for _ in range(5):
+        q = np.cumsum(np.vstack([rng.uniform(-1.5, 1.5, robot.n), rng.normal(0, 0.02, (200, robot.n))]), axis=0)
+        _, positions = link_poses(robot, q)
+        labels = positions[:, 0] + label_offsets(positions, np.eye(3))
+        reach = np.ptp(positions.reshape(-1, 3), axis=0).max()
+        for a, b in itertools.combinations(labels, 2):
+            assert abs((a - b) @ across) > WIDTH * reach or abs((a - b) @ up) > HEIGHT * reach
+
+
+def _screen() -> tuple[np.ndarray, np.ndarray]:
+    """The directions to the right and up of a camera that looks from the front right, a little above."""
+    across = np.array([0.95, 0.7, 0.0]) / np.hypot(0.95, 0.7)
+    return across, np.cross(VIEW_FROM / np.linalg.norm(VIEW_FROM), across)
+
+
+def test_a_packaged_arm_is_drawn_with_its_own_meshes() -> None:
+    if packaged_meshes() is None:
+        pytest.skip("the Panda's description is not installed (pip install example-robot-data)")
+    meshes = [visual for visual in arm_visuals(pid.load_robot("panda")) if visual.kind == "mesh"]
+    assert {visual.joint for visual in meshes} == set(range(-1, 7))
+    assert all(visual.mesh is not None and visual.mesh.is_file() for visual in meshes)

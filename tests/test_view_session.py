@@ -84,11 +84,13 @@ def curve(entities: dict[str, dict[str, list[Any]]], path: str) -> np.ndarray:
 def test_every_joint_has_its_curves_and_torques_add_up(entities: dict[str, dict[str, list[Any]]]) -> None:
     for j in range(1, 7):
         measured = curve(entities, f"/joints/{j}/torque/measured")
-        for name in NAMES:
-            predicted = curve(entities, f"/joints/{j}/torque/predicted/{name}")
-            residual = curve(entities, f"/joints/{j}/residual/{name}")
+        for place, name in enumerate(NAMES, 1):  # later models are drawn above earlier ones
+            predicted = curve(entities, f"/joints/{j}/torque/predicted/{place}_{name}")
+            residual = curve(entities, f"/joints/{j}/residual/{place}_{name}")
             np.testing.assert_allclose(measured - predicted, residual, atol=1e-9)
-            parts = [path for path in entities if path.startswith(f"/joints/{j}/effects/{name}/")]
+            remainder = f"/joints/{j}/effects/{name}/0_remainder"
+            np.testing.assert_array_equal(curve(entities, remainder), residual)  # such as a push that has no name
+            parts = [p for p in entities if p.startswith(f"/joints/{j}/effects/{name}/") and p != remainder]
             np.testing.assert_allclose(sum(curve(entities, path) for path in parts), predicted, atol=1e-9)
             for path in parts:
                 colour = entities[path]["SeriesLines:colors"][0][0]
@@ -98,7 +100,7 @@ def test_every_joint_has_its_curves_and_torques_add_up(entities: dict[str, dict[
 def test_torques_are_those_that_models_are_judged_on(
     entities: dict[str, dict[str, list[Any]]], estimates: dict[str, pid.Estimate], recordings: list[pid.Recording]
 ) -> None:
-    for name, estimate in estimates.items():
+    for place, (name, estimate) in enumerate(estimates.items(), 1):
         p = predict(estimate, recordings)
         starts = np.array([0.0, recordings[0].duration + 1.0])
         time = np.array(entities["/joints/3/torque/measured"]["time"])
@@ -107,13 +109,13 @@ def test_torques_are_those_that_models_are_judged_on(
             np.testing.assert_allclose(time[rows], p.time + starts[p.recording], atol=1e-8)
             np.testing.assert_allclose(curve(entities, f"/joints/{j + 1}/torque/measured")[rows], p.measured[:, j])
             np.testing.assert_allclose(
-                curve(entities, f"/joints/{j + 1}/torque/predicted/{name}")[rows], p.predicted[:, j], atol=1e-9
+                curve(entities, f"/joints/{j + 1}/torque/predicted/{place}_{name}")[rows], p.predicted[:, j], atol=1e-9
             )
 
 
 def test_the_recordings_do_not_run_into_each_other(entities: dict[str, dict[str, list[Any]]]) -> None:
-    values = curve(entities, "/joints/1/residual/default")
-    time = np.array(entities["/joints/1/residual/default"]["time"])
+    values = curve(entities, "/joints/1/residual/1_default")
+    time = np.array(entities["/joints/1/residual/1_default"]["time"])
     (gap,) = np.flatnonzero(np.isnan(values))
     assert time[gap - 1] < 10.0
     assert time[gap + 1] > 11.0
@@ -135,6 +137,19 @@ def test_a_link_is_coloured_where_its_joint_has_a_residual(entities: dict[str, d
 
     during, before = 11.0 + sum(FAULT) / 2, 5.0
     assert distance(2, during) < 30 < 120 < distance(2, before)
+
+
+def test_a_session_opens_where_the_residual_is_largest(
+    entities: dict[str, dict[str, list[Any]]], recordings: list[pid.Recording]
+) -> None:
+    tool = entities["/robot/tool"]
+    assert tool["time"][0] == min(tool["time"]) == -1.0  # the viewer opens at the first instant
+    during = [
+        place for clock, place in zip(tool["time"], tool["Points3D:positions"], strict=True)
+        if FAULT[0] - 0.5 <= clock - 11.0 <= FAULT[1] + 0.5
+    ]  # fmt: skip
+    apart = np.linalg.norm(np.array(during)[:, 0] - tool["Points3D:positions"][0][0], axis=1)
+    assert apart.min() < 0.03  # a pose from the fault, between two of its frames
 
 
 def test_the_arm_goes_where_it_was_recorded(

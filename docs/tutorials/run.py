@@ -35,7 +35,7 @@ def played(page: str, folder: Path) -> str:
     names: dict[str, Any] = {"__name__": "__main__"}
     printed = ""
     parts, at = [], 0
-    with contextlib.chdir(folder):
+    with contextlib.chdir(folder), _importing_from(folder):
         for block in BLOCK.finditer(page):
             kind, text = block.groups()
             parts.append(page[at : block.start()])
@@ -46,6 +46,20 @@ def played(page: str, folder: Path) -> str:
                 parts.append(block.group())
             at = block.end()
     return "".join([*parts, page[at:]])
+
+
+@contextlib.contextmanager
+def _importing_from(folder: Path) -> Iterator[None]:
+    """Modules that a page writes into its folder can be imported by it, as in a shell."""
+    sys.path.insert(0, str(folder))
+    before = set(sys.modules)
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder))
+        for name in set(sys.modules) - before:
+            if (file := getattr(sys.modules[name], "__file__", None)) and Path(file).parent == folder.resolve():
+                del sys.modules[name]
 
 
 def _python(code: str, names: dict[str, Any]) -> str:

@@ -18,7 +18,6 @@ from physident.excitation.motion.trajectory import random_trajectory
 from physident.files import read_json, write_json
 from physident.recordings.formats.csv import write_csv
 from physident.recordings.load import load_recordings
-from physident.recordings.recording import Recording
 from physident.robots.load import load_robot
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import Simulation
@@ -63,7 +62,7 @@ class Demo:
                 "",
                 f"the truth, {verdict} above: {self.truth!r}",
                 "",
-                "open: " + ", ".join(map(str, self.files)),
+                *(f"open: {_opened(path)}" for path in self.files),
             ]
         )
 
@@ -83,17 +82,41 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
         _list_files(folder)
 
 
+def _opened(path: Path) -> str:
+    """A file, and what opens it."""
+    return f"{path} with: rerun {path}" if path.suffix == ".rrd" else f"{path} in a browser"
+
+
+def write_recordings(folder: str | Path = "demo", seed: int = 0) -> Truth:
+    """Simulate and write the demo's five recordings alone, and return the hidden change; raises InputError as ``run_demo``."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    _refuse_foreign_files(folder)
+    try:
+        return _record(folder, seed)
+    finally:
+        _list_files(folder)
+
+
+def _record(folder: Path, seed: int) -> Truth:
+    arm = healthy_arm(load_robot("ur5"))
+    truth = hide(arm, seed)
+    for k, name in enumerate(BEFORE):
+        _write_recording(arm, folder / name, 10 * seed + k)
+    for k, name in enumerate((*NOW, UNSEEN)):
+        _write_recording(truth.arm, folder / name, 10 * seed + 5 + k)
+    return truth
+
+
 def _run(folder: Path, seed: int) -> Demo:
     from physident.graphics.view import view
     from physident.report.page import write_report
 
-    robot = load_robot("ur5")
-    arm = healthy_arm(robot)
-    truth = hide(arm, seed)
-    before = [_recorded(arm, folder / name, 10 * seed + k) for k, name in enumerate(BEFORE)]
-    estimate = identify(robot, before)
+    truth = _record(folder, seed)
+    recordings = load_recordings([folder / name for name in (*BEFORE, *NOW, UNSEEN)])
+    before, (*now, unseen) = recordings[:2], recordings[2:]
+    estimate = identify(load_robot("ur5"), before)
     estimate.save(folder / "model.json")
-    *now, unseen = (_recorded(truth.arm, folder / name, 10 * seed + 5 + k) for k, name in enumerate((*NOW, UNSEEN)))
     diagnosis = diagnose_motion(estimate, now, [unseen])
     extended = str(folder / "extended.json") if diagnosis.estimate is not None else None
     # so that advice, and the command that diagnoses again, can be typed as they are printed
@@ -129,9 +152,7 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _recorded(arm: Model, path: Path, seed: int) -> Recording:
-    """A recording of 20 s along a random Fourier motion, written to a file."""
+def _write_recording(arm: Model, path: Path, seed: int) -> None:
+    """Write a recording of 20 s along a random Fourier motion."""
     motion = random_trajectory(arm.robot, seed=seed, harmonics=5, base_frequency=0.1, duration=DURATION)
     write_csv(path, Simulation(arm, motion, None, SENSORS, seed=seed).table())
-    (recording,) = load_recordings([path])
-    return recording

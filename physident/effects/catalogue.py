@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
@@ -162,3 +163,13 @@ def _as_tuples(value: Any) -> Any:
 
 
 add_entry_points(CATALOGUE, entry_points(group=GROUP))
+
+
+def on_joints(effect: Effect, robot: Robot, joints: Sequence[int]) -> Effect:
+    """An effect of the joints on some of them (from 1), with the shape parameters and settings that it has there."""
+    active = effect.active(robot)
+    index = [active.index(joint - 1) for joint in joints]
+    fields = (*(shape.field for shape in effect.shape_parameters), *effect.settings_by_joint)
+    given = {field: value for field in fields if isinstance(value := getattr(effect, field), tuple)}
+    chosen = {field: tuple(v[i] for i in index) if len(v) > 1 else v for field, v in given.items()}
+    return replace(effect, joints=tuple(joints), **chosen)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from physident.dynamics.model import Model
-from physident.effects.catalogue import CATALOGUE
+from physident.effects.catalogue import CATALOGUE, on_joints
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
 from physident.effects.payload import LinkChange
@@ -121,8 +121,11 @@ def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect,
     if cls.scope is Scope.NEIGHBOURS:
         return tuple(cls(joints=_place(name, joint, model.robot.n)) for joint in joints)
     if not cls.shape_parameters:
-        in_model = [effect for effect in model.effects if effect.name == name]
-        return (replace(in_model[0], joints=where) if in_model else cls(joints=where),)
+        held = [effect for effect in model.effects if effect.name == name]
+        if held and where is not None:
+            there = [effect for effect in held if {j - 1 for j in where} <= set(effect.active(model.robot))]
+            return (on_joints(there[0], model.robot, where) if there else cls(joints=where),)
+        return (held[0] if held else cls(joints=where),)
     (shape,) = cls.shape_parameters
     steps = len(shape.grid) - 1
     quarters = [shape.grid[round(k * steps / (SHAPE_VALUES + 1))] for k in range(1, SHAPE_VALUES + 1)]
@@ -130,11 +133,14 @@ def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect,
 
 
 def _shape_at(effect: Effect, joint: int) -> dict[str, tuple[float, ...]]:
-    """The values of an effect's shape parameters on one of its joints."""
+    """The values of an effect's shape parameters and settings on one of its joints."""
     joints = effect.joints or ()
-    values = {shape.field: getattr(effect, shape.field) for shape in effect.shape_parameters}
+    fields = (*(shape.field for shape in effect.shape_parameters), *effect.settings_by_joint)
+    values: dict[str, tuple[float, ...]] = {
+        field: value for field in fields if isinstance(value := getattr(effect, field), tuple)
+    }
     index = joints.index(joint) if joint in joints else 0
-    return {field: (v[index] if len(v) > 1 else v[0],) for field, v in values.items() if v is not None}
+    return {field: v[index : index + 1] if len(v) > 1 else v for field, v in values.items()}
 
 
 def _reduced(model: Model, names: tuple[str, str], joints: tuple[int, ...]) -> Model:
@@ -150,11 +156,6 @@ def _reduced(model: Model, names: tuple[str, str], joints: tuple[int, ...]) -> M
             continue
         kept = [j for j in (effect.joints or range(1, robot.n + 1)) if j not in joints]
         if kept and effect.scope is not Scope.WHOLE_ARM:
-            shape = {
-                s.field: tuple(_shape_at(effect, j)[s.field][0] for j in kept)
-                for s in effect.shape_parameters
-                if getattr(effect, s.field)
-            }
-            effects.append(replace(effect, joints=tuple(kept), **shape))
+            effects.append(on_joints(effect, robot, kept))
             theta.append(values[[k for k, c in enumerate(columns) if c.joint in kept]])
     return Model(robot, tuple(effects), np.concatenate(theta))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.graphics import style
+from physident.graphics.labels import log_joint_names
 from physident.graphics.session.log import duration, rgb
 from physident.graphics.visuals import Visual, arm_visuals, turned_to
 from physident.robots.robot import Robot
@@ -43,23 +44,34 @@ def tool_path(robot: Robot, rotations: Array, positions: Array) -> Array:
 
 
 def log_arm(
-    rec: rr.RecordingStream, root: str, robot: Robot, clock: Array, q: Array, meshes: str | Path | None
+    rec: rr.RecordingStream,
+    root: str,
+    robot: Robot,
+    clock: Array,
+    q: Array,
+    meshes: str | Path | None,
+    *,
+    cover: tuple[float, Array] | None = None,
+    marked: Mapping[int, str] | None = None,
 ) -> Array:
     """Log the arm in motion through positions (N, n) at instants (N,) [s], and the path of its tool.
 
-    Returns the points (P, 3) [m] of its joints and its tool along the motion, in the base frame.
+    ``cover`` is an instant [s] before the first, and the positions (n,) that are shown then. The names of the joints of
+    ``marked`` (from 1) have its colours "#RRGGBB". Returns the points (P, 3) [m] of its joints and its tool along the motion,
+    in the base frame.
     """
     import rerun as rr
     from scipy.spatial.transform import Rotation
 
     rec.log(root, rr.Transform3D(mat3x3=upright(robot.gravity)), rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    if cover is not None:
+        clock, q = np.append(cover[0], clock), np.vstack([cover[1], q])
     rotations, positions = link_poses(robot, q)
     for i in range(robot.n):
         quaternions = Rotation.from_matrix(rotations[i]).as_quat()
         pose = rr.Transform3D.columns(translation=positions[i], quaternion=quaternions)
         rec.send_columns(f"{root}/link_{i + 1}", [duration(clock)], pose)
-        label = rr.Points3D([[0, 0, 0]], labels=[f"J{i + 1}"], radii=0.0, colors=[rgb(style.SESSION_MEASURED)])
-        rec.log(f"{root}/link_{i + 1}/name", label, static=True)
+    log_joint_names(rec, root, clock, positions, upright(robot.gravity), marked or {})
     for name, visuals in _by_link(arm_visuals(robot, meshes)).items():
         for number, visual in enumerate(visuals):
             rec.log(f"{root}/{name}/shape_{number}", *_logged(visual), static=True)
@@ -67,7 +79,8 @@ def log_arm(
             start, colour = duration(clock[:1]), np.array([rgb(BASE if name == "base" else NEUTRAL)], dtype=np.uint8)
             rec.send_columns(f"{root}/{name}/shape_{number}", [start], _colour_columns(visual, colour))
     path = tool_path(robot, rotations, positions)
-    thin = path[:: max(1, len(path) // PATH_POINTS)]
+    moved = path if cover is None else path[1:]
+    thin = moved[:: max(1, len(moved) // PATH_POINTS)]
     line = rr.LineStrips3D([thin], colors=[[*rgb(style.SESSION_MEASURED), 60]], radii=rr.Radius.ui_points(0.4))
     rec.log(f"{root}/tool_path", line, static=True)
     rec.send_columns(f"{root}/tool", [duration(clock)], rr.Points3D.columns(positions=path))

@@ -136,7 +136,7 @@ def _viewer() -> list[str]:
 
     spec = find_spec("rerun_cli")
     folder = Path(spec.origin).parent if spec is not None and spec.origin else Path()
-    programs = [folder / "Rerun.app" / "DiagnosisRecord" / "MacOS" / "Rerun", folder / "rerun", folder / "rerun.exe"]
+    programs = [folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun", folder / "rerun", folder / "rerun.exe"]
     found = [str(program) for program in programs if program.is_file()]
     if not found:
         raise NotSolvedError(f"the rerun viewer is not in {folder}; install rerun-sdk, or write a file (--out)")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.robots.robot import Robot
+from physident.robots.sources import packaged_meshes
 
 Array = NDArray[np.float64]
 MESHES = (".stl", ".obj", ".glb", ".gltf", ".dae")  # formats that the viewer reads
@@ -42,7 +43,7 @@ def arm_visuals(robot: Robot, folder: str | Path | None = None) -> list[Visual]:
     """The visuals of every link, or capsules for a link with a visual that cannot be read.
 
     Meshes are searched in ``folder``, by the path after ``package://`` and by the ends of that path, then in the package
-    folders of ROS's environment variables; other paths are used as they are.
+    folders of ROS's environment variables and in the installed package of descriptions; other paths are used as they are.
     """
     visuals = _visuals(robot, folder)
     capsules = _capsules(robot)
@@ -111,6 +112,7 @@ def _mesh_file(name: str, folder: str | Path | None) -> Path | None:
     if parsed.scheme == "package":
         roots = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
         roots += [os.path.join(p, "share") for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+        roots += [str(found)] if (found := packaged_meshes()) is not None else []
         candidates += [Path(root, path) for root in roots if root]
     return next((candidate for candidate in candidates if candidate.is_file()), None)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
-from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects
+from physident.effects.catalogue import CATALOGUE, DEFAULT_EFFECTS, make_effects, on_joints
 from physident.effects.classification import Detection
 from physident.effects.effect import Effect
 from physident.identifiability.projection import Baseline
@@ -89,7 +89,7 @@ def measure_identifiability(
             candidate = cls.at_grid_middle(joints or None)
             fitted = whole_model
             if any(effect.name == name for effect in effects):
-                others = _without(effects, name, joints, robot.n)
+                others = _without(effects, name, joints, robot)
                 fitted = Baseline.of(build_regressor(robot, others, signals, filter), weights)
             projection = fitted.project(build_regressor(robot, [candidate], signals, filter, model=model))
             needed = max((candidate.cutoff_needed(robot, one) for one in signals), default=0.0)
@@ -101,15 +101,15 @@ def measure_identifiability(
     return Identifiability(tuple(cells), robot.n, filter.cutoff)
 
 
-def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], n: int) -> list[Effect]:
+def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], robot: Robot) -> list[Effect]:
     """The effects with one of them taken off some joints."""
     rest = []
     for effect in effects:
         if effect.name == name:
-            left = tuple(j for j in (effect.joints or tuple(range(1, n + 1))) if j not in joints)
+            left = tuple(j for j in (effect.joints or tuple(range(1, robot.n + 1))) if j not in joints)
             if not left or not joints:
                 continue
-            effect = replace(effect, joints=left)
+            effect = on_joints(effect, robot, left)
         rest.append(effect)
     return rest
 

@@ -1,4 +1,4 @@
-"""The errors of a replay: how far a simulated arm is from the real one, before and after."""
+"""The errors of a replay: how far the simulated arms of one or two models are from the real one."""
 
 from __future__ import annotations
 

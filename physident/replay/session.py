@@ -10,18 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.graphics import style
+from physident.graphics.labels import VIEW_FROM
 from physident.graphics.scene import link_poses, log_arm, tint, tool_path
-from physident.graphics.session.blueprint import VIEW_FROM, Camera
+from physident.graphics.session.blueprint import Camera
 from physident.graphics.session.log import TIMELINE, curve, duration, rgb
-from physident.graphics.session.write import check_session_path
+from physident.graphics.session.write import COVER, check_session_path
 from physident.outputs import write_with
 from physident.replay.replay import Replayed
 from physident.replay.score import Replay
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-ARMS = (("before", style.AS_IT_WAS), ("after", style.EXTENDED))
+# path, name, colour and width of curves: where both coincide, the second one lies in the first
+ARMS = (("as_it_was", AS_IT_WAS, style.MODELS[0], 2.6), ("extended", EXTENDED, style.MODELS[1], 1.1))
 ALPHA = 90  # of 255: a simulated arm is transparent
 TOOL = 0.008  # m: radius of the tool's point, a third of which is that of the arrow to where it is simulated
 NEAR = 0.25  # of the distance of the whole arm
@@ -50,23 +53,32 @@ def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | No
     rec.save(path)
     rec.send_recording_name(f"{robot.name}: replay")
     clock = np.concatenate([s.time - s.origin + o for s, o in zip(replayed.signals, offsets, strict=True)])
-    points = log_arm(rec, "measured", robot, clock, np.concatenate([s.q for s in replayed.signals]), meshes)
-    measured = windows.q[order, -1]
+    q, measured, instant = np.concatenate([s.q for s in replayed.signals]), windows.q[order, -1], arrival[order]
     places = tool_path(robot, *link_poses(robot, measured))
-    for (name, colour), trace in zip(ARMS, replayed.traces, strict=False):
-        away = np.clip(np.nan_to_num(trace.q[order, -1] - measured, nan=np.pi), -np.pi, np.pi)
-        log_arm(rec, name, robot, arrival[order], measured + away, meshes)
-        tint(rec, name, robot, float(arrival[order[0]]), [*rgb(colour), ALPHA], meshes)
-        rec.log(f"{name}/tool", rr.Points3D.from_fields(colors=[rgb(colour)], radii=[TOOL]), static=True)
-        gap = tool_path(robot, *link_poses(robot, measured + away)) - places
-        rec.send_columns(f"{name}/gap", [duration(arrival[order])], rr.Arrows3D.columns(vectors=gap, origins=places))
-        rec.log(f"{name}/gap", rr.Arrows3D.from_fields(colors=[rgb(colour)], radii=[TOOL / 3]), static=True)
+    simulated = [
+        measured + np.clip(np.nan_to_num(trace.q[order, -1] - measured, nan=np.pi), -np.pi, np.pi)
+        for trace in replayed.traces
+    ]
+    gaps = [tool_path(robot, *link_poses(robot, one)) - places for one in simulated]
+    worst = int(np.argmax(np.linalg.norm(gaps[0], axis=1)))  # the session opens there
+    points = log_arm(rec, "measured", robot, clock, q, meshes, cover=(COVER, measured[worst]))
+    rows, covered = np.append(worst, np.arange(len(instant))), np.append(COVER, instant)
+    for (arm, name, colour, width), one, gap in zip(ARMS, simulated, gaps, strict=False):
+        log_arm(rec, arm, robot, instant, one, meshes, cover=(COVER, one[worst]))
+        tint(rec, arm, robot, COVER, [*rgb(colour), ALPHA], meshes)
+        rec.log(f"{arm}/tool", rr.Points3D.from_fields(colors=[rgb(colour)], radii=[TOOL]), static=True)
+        arrows = rr.Arrows3D.columns(vectors=gap[rows], origins=places[rows])
+        rec.send_columns(f"{arm}/gap", [duration(covered)], arrows)
+        rec.log(f"{arm}/gap", rr.Arrows3D.from_fields(colors=[rgb(colour)], radii=[TOOL / 3]), static=True)
         distance = 1e3 * np.linalg.norm(gap, axis=1)
-        curve(rec, f"error/tool/{name}", arrival[order], distance, f"{name} [mm]", colour)
+        curve(rec, f"error/tool/{arm}", instant, distance, f"{name} [mm]", colour, width)
         for j in range(robot.n):
-            curve(rec, f"error/joint_{j + 1}/{name}", arrival[order], 1e3 * away[:, j], f"{name} [mrad]", colour)
+            away = 1e3 * (one - measured)[:, j]
+            curve(rec, f"error/joint_{j + 1}/{arm}", instant, away, f"{name} [mrad]", colour, width)
     rec.log("summary", rr.TextDocument(_summary(replayed.replay), media_type="text/markdown"), static=True)
-    camera = Camera.around(points, f"measured arm, and simulations {horizon:g} s ahead")
+    camera = Camera.around(
+        points, f"measured arm, and simulations {horizon:g} s ahead; opens as at {instant[worst]:.1f} s"
+    )
     rec.send_blueprint(_blueprint(replayed.replay, camera))
     rec.flush()
     rec.disconnect()
@@ -77,10 +89,8 @@ def _blueprint(result: Replay, camera: Camera) -> Any:
     import rerun.blueprint as rrb
 
     # of a simulated arm only what differs from the measured one: base, names and the path of the tool stand there already
-    same = [f"- {name}/{part}" for name, _ in ARMS for part in ("base/**", "tool_path")]
-    same += [f"- {name}/link_{j + 1}/name" for name, _ in ARMS for j in range(len(result.joints))]
-    contents = ["measured/**", *(f"{name}/**" for name, _ in ARMS), *same]
-    names = [f"- measured/link_{j + 1}/name" for j in range(len(result.joints))]
+    same = [f"- {arm}/{part}" for arm, *_ in ARMS for part in ("base/**", "tool_path", "names")]
+    contents = ["measured/**", *(f"{arm}/**" for arm, *_ in ARMS), *same]
     reach = camera.reach * VIEW_FROM
     whole, near = (
         rrb.Spatial3DView(
@@ -96,7 +106,7 @@ def _blueprint(result: Replay, camera: Camera) -> Any:
         )
         for title, far, follow, shown in (
             (camera.title, 1.0, None, contents),
-            ("at the tool", NEAR, "/measured/tool", [*contents, *names, "- measured/tool_path"]),
+            ("at the tool", NEAR, "/measured/tool", [*contents, "- measured/names", "- measured/tool_path"]),
         )
     )
     joints = [
@@ -133,7 +143,7 @@ def _summary(result: Replay) -> str:
         cells = [" → ".join(f"{k * getattr(score, key)[j]:.3g}" for score in scores) for _, k, key in parts]
         rows.append(f"| {j + 1} {_plain(name)} | " + " | ".join(cells) + " |")
     stated = [f"- {_plain(text)}" for text in scores[-1].stated]
-    kind = "before → after" if result.after is not None else "one model"
+    kind = f"{AS_IT_WAS} → {EXTENDED}" if result.after is not None else "one model"
     how = f"Errors ({kind}) over {result.starts} starts; torque added by {result.controller}."
     return "\n".join(
         [

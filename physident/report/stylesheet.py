@@ -106,6 +106,8 @@ rect.band { fill: #e4e4ef; }
   .level .name, .level .bars { grid-column: auto; }
   .joints { grid-template-columns: 1fr 1fr; gap: .8rem 1.2rem; }
   .chart .area { height: 6.5rem; }
-  .wide { overflow: visible; }
+  .wide { overflow: visible; break-inside: avoid; }
+  .wide:has(table.files) { break-inside: auto; }
+  pre { overflow: visible; white-space: pre-wrap; }
 }
 """

@@ -67,7 +67,7 @@ def find_description(source: str | Path) -> RobotSource:
         if (described := _described(name)) is not None:
             return described
     names, more = ", ".join(BUILT_IN), ", ".join(PACKAGED)
-    near = did_you_mean(name, [*BUILT_IN, *PACKAGED])
+    near = "" if name in PACKAGED else did_you_mean(name, [*BUILT_IN, *PACKAGED])
     hint = f"; {more}, iiwa14, gen3 and others come with {FROM}: pip install 'physident[robots]'"
     raise InputError(
         f"robot {name!r} not found: expected a .urdf, .xacro, MuJoCo .xml or DH .toml file, or a built-in name ({names}){hint}{near}"
@@ -120,6 +120,19 @@ def _expanded(path: str) -> str:
     if len(text) > MAX_BYTES:
         raise InputError(f"{path}: expands to {len(text)} characters, expected a URDF of at most {MAX_BYTES}")
     return text
+
+
+def packaged_meshes() -> Path | None:
+    """The folder in which package:// paths of the installed package of descriptions begin; None where it is not installed."""
+    try:
+        entries = importlib.metadata.files(PACKAGE) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    inside = next((entry for entry in entries if f"share/{PACKAGE}/" in str(entry)), None)
+    if inside is None:
+        return None
+    path = Path(str(inside.locate()))
+    return next(folder.parent for folder in path.parents if folder.name == PACKAGE and folder.parent.name == "share")
 
 
 def _packaged(name: str) -> RobotSource | None:

@@ -136,7 +136,7 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
     if len(decided) > len(shown):
         rows[-1] += f", and {len(decided) - len(shown)} more"
     if any(v.interval95[0] < 0 < v.interval95[1] and v.change == v.value for v in shown):
-        rows.append("   what it adds is sure, its values one by one are not: an interval that holds zero")
+        rows.append("   the effect is significant, its single values are not: at least one interval includes zero")
     if f.intervals:
         rows.append(
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.graphics import style
@@ -15,7 +16,8 @@ from physident.validation.comparison import Pair
 from physident.validation.predictions import Predictions, predict
 
 Channel = Literal["position", "velocity", "effort"]
-LINES = (("before", style.AS_IT_WAS, 0.9), ("after", style.EXTENDED, 1.1))  # name, colour, width
+# name, colour and width: where both coincide, the narrow second line lies in the wide first one
+LINES = ((AS_IT_WAS, style.AS_IT_WAS, 1.8), (EXTENDED, style.EXTENDED, 0.9))
 
 
 def draw_recording(axes: Any, recording: Recording, channel: Channel = "position") -> None:
@@ -39,7 +41,7 @@ def draw_recording(axes: Any, recording: Recording, channel: Channel = "position
 
 
 def draw_prediction(axes: Any, estimate: Estimate, recordings: Recordings, joint: int) -> None:
-    """Draw measured torque, predicted torque and their difference [N m|N] of a ``joint`` (from 1) over time in motion [s] into
+    """Draw measured torque, predicted torque and the residual [N m|N] of a ``joint`` (from 1) over time in motion [s] into
     ``axes``; recordings follow one another. Raises InputError for a joint that the robot does not have, and as ``predict``."""
     _check_axes(axes)
     _check_joint(estimate, joint)
@@ -69,11 +71,11 @@ def draw_residual(axes: Any, before: Estimate, after: Estimate, recordings: Reco
 
 
 def draw_torque(axes: Any, p: Predictions, j: int) -> None:
-    """The measured and the predicted torque of a joint (from 0), their difference, and the borders of recordings."""
+    """The measured and the predicted torque of a joint (from 0), the residual, and the borders of recordings."""
     measured, predicted, time = p.measured[:, j], p.predicted[:, j], np.arange(len(p.time)) / p.rate
-    axes.plot(time, measured, color=style.MEASURED, label="measured")
-    axes.plot(time, predicted, color=style.AS_IT_WAS, label="predicted")
-    axes.plot(time, measured - predicted, color=style.OTHER, label="difference", linewidth=0.8)
+    axes.plot(time, measured, color=style.MEASURED, label="measured", linewidth=2.0)
+    axes.plot(time, predicted, color=style.AS_IT_WAS, label="predicted", linewidth=1.0)
+    axes.plot(time, measured - predicted, color=style.OTHER, label="residual", linewidth=0.8)
     _draw_borders(axes, p)
 
 

@@ -17,7 +17,7 @@ from physident.validation.predictions import Predictions
 def plot_predictions(
     p: Predictions, joints: Sequence[str], path: str | Path, units: Sequence[str] | None = None
 ) -> None:
-    """Draw measured torque, predicted torque and their difference over time [s]: a row a joint, recordings end to end.
+    """Draw measured torque, predicted torque and the residual over time [s]: a row a joint, recordings end to end.
 
     ``units`` are those of the joints' torques, N m by default. Raises InputError for a path without a known ending.
     """

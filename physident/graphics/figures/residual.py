@@ -1,4 +1,4 @@
-"""Figures of the residuals of two models on the same recordings, before and after, one row a joint."""
+"""Figures of the residuals of two models on the same recordings, one row a joint."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plot_residuals(
     joints: Sequence[int] | None = None,
     curves: Sequence[CurveBand] = (),
 ) -> None:
-    """Draw the residual [N m|N] of one model or of two, before and after, over time in motion [s].
+    """Draw the residual [N m|N] of one model, or of the model as it was and the extended one, over time in motion [s].
 
     ``head`` is the title. ``bands`` (start, end) [s] on the time axis are shaded. ``joints`` (from 1) are drawn, all by
     default. Below them, each of ``curves`` is drawn with its band. Raises InputError for a path without a known ending.

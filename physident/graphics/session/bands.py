@@ -38,8 +38,10 @@ def log_bands(rec: rr.RecordingStream, data: SessionData, contacts: Sequence[tup
     colours = {name: SHADES[i % len(SHADES)] for i, name in enumerate(names)}
     _log_lane(rec, "bands/recording", recorded, colours)
     if contacts:
-        bands = [(start, end, "contact") for start, end in contacts]
-        _log_lane(rec, "bands/contact", bands, {"contact": style.effect_colour("contact")})
+        bands = [
+            (start, end, str(number)) for number, (start, end) in enumerate(contacts, 1)
+        ]  # a word would be cut off
+        _log_lane(rec, "bands/contact", bands, {name: style.effect_colour("contact") for *_, name in bands})
 
 
 def _log_lane(

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.graphics.labels import VIEW_FROM
 from physident.graphics.session import design as session_design
-from physident.graphics.session.axis_ranges import Range
+from physident.graphics.session.axis_ranges import LEGEND_ROOM, Range, in_title, with_margin
 from physident.graphics.session.chart import BOUNDS, LEGEND_ROW, LEGEND_STEP
 from physident.graphics.session.log import TIMELINE, path_part
 
 Array = NDArray[np.float64]
 JOINTS_BESIDE_DIAGNOSIS = 3  # whose residuals are shown beside the findings
-VIEW_FROM = np.array([0.7, -0.95, 0.45])  # direction of the camera: the front right, a little above
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class Outline:
     """What a session contains; views are laid out for this only, so that none opens empty.
 
     ``joints`` are names. ``first_model`` is shown as points in the charts, and the effects of ``last_model`` are shown;
-    ``models`` and ``effects`` are their numbers. ``named_joints`` (from 1) are those of the findings. ``end`` and
+    ``models`` and ``effects`` are their numbers. ``joints_beside`` (from 1) are those whose residuals are shown beside the findings. ``end`` and
     ``design_end`` [s] are the ends of the recordings and of the planned motion. ``arm`` and ``planned`` are the cameras of
-    both. ``ranges`` are the vertical ranges of each joint's plots, by the name of the plot, ``learned`` the titles
-    of learned curves.
+    both. ``moving`` (start, end) [s] is the part of the recordings with curves. ``extents`` are the vertical extents of
+    each joint's plots, by the name of the plot, ``learned`` the titles of learned curves.
     """
 
     joints: tuple[str, ...]
@@ -52,7 +52,7 @@ class Outline:
     last_model: str | None
     models: int
     effects: int
-    named_joints: tuple[int, ...]
+    joints_beside: tuple[int, ...]
     end: float
     design_end: float
     has_recordings: bool
@@ -62,17 +62,20 @@ class Outline:
     has_progress: bool
     arm: Camera
     planned: Camera
-    ranges: dict[str, tuple[Range | None, ...]] = field(default_factory=dict)
+    moving: Range = (0.0, 0.0)
+    extents: dict[str, tuple[Range | None, ...]] = field(default_factory=dict)
     learned: tuple[str, ...] = ()
 
 
 def make_blueprint(c: Outline) -> Any:
-    """The blueprint of a session, which opens paused at its start."""
+    """The blueprint of a session, which opens paused at its first instant, on the diagnosis if there is one."""
     import rerun.blueprint as rrb
 
     right: Any = rrb.Tabs(*_tabs(c), active_tab=0)
     if c.has_recordings:
-        bands = rrb.StateTimelineView(origin="/bands", name="recordings and contacts", time_view=_time_axis(c.end))
+        bands = rrb.StateTimelineView(
+            origin="/bands", name="recordings and contacts", time_view=_time_axis((0.0, c.end))
+        )
         right = rrb.Vertical(right, bands, row_shares=[6, 1])
     left: Any = _arm(c.arm, "/robot") if c.has_recordings else _arm(c.planned, "/design/robot")
     if c.has_recordings:
@@ -86,12 +89,12 @@ def make_blueprint(c: Outline) -> Any:
 
 
 def _tabs(c: Outline) -> list[Any]:
-    tabs: list[Any] = []
+    tabs: list[Any] = [_diagnosis(c)] if c.has_diagnosis else []
     models = ("/legend/models", 1 + c.models)
     if c.has_recordings:
         tabs.append(_with_legend(_curves(c, "torque"), *models, "torque"))
         if c.last_model is not None:
-            effects = (f"/legend/effects/{path_part(c.last_model)}", c.effects)
+            effects = (f"/legend/effects/{path_part(c.last_model)}", c.effects + 1)
             tabs.append(_with_legend(_curves(c, "residual"), "/legend/residual", c.models, "residual"))
             tabs.append(
                 _with_legend(_curves(c, f"effects/{path_part(c.last_model)}"), *effects, f"effects of {c.last_model}")
@@ -99,8 +102,6 @@ def _tabs(c: Outline) -> list[Any]:
             for part in ("velocity", "position"):
                 tabs.append(_with_legend(_charts(c, part), "/legend/residual", c.models, f"residual against {part}"))
         tabs.append(_with_legend(_curves(c, "motion"), "/legend/motion", 2, "motion"))
-    if c.has_diagnosis:
-        tabs.append(_diagnosis(c))
     if c.learned:
         tabs.append(_grid([_chart(f"/learned/{k}", title) for k, title in enumerate(c.learned, 1)], "learned curves"))
     if c.has_plan:
@@ -109,22 +110,17 @@ def _tabs(c: Outline) -> list[Any]:
 
 
 def _diagnosis(c: Outline) -> Any:
-    """The findings in words, beside the residuals of the first joints that they name."""
+    """The findings in words, beside the residuals of the joints that they explain."""
     import rerun.blueprint as rrb
 
     text = rrb.TextDocumentView(origin="/diagnosis", name="findings")
-    if not c.has_recordings or not c.named_joints:
+    if not c.joints_beside:
         return rrb.Vertical(text, name="diagnosis")
     plots = [
-        _plot(f"/joints/{j}", ["$origin/residual/**"], f"residual of {j} {_titled(c, j)}", True, c.end)
-        for j in c.named_joints[:JOINTS_BESIDE_DIAGNOSIS]
+        _plot(c, f"/joints/{j}", ["$origin/residual/**"], "residual", j, place == 0)
+        for place, j in enumerate(c.joints_beside[:JOINTS_BESIDE_DIAGNOSIS])
     ]
     return rrb.Horizontal(text, rrb.Vertical(*plots), column_shares=[3, 2], name="diagnosis")
-
-
-def _titled(c: Outline, joint: int) -> str:
-    """A joint's (from 1) name and the unit of its torque."""
-    return f"{c.joints[joint - 1]} [{'N' if c.prismatic[joint - 1] else 'N m'}]"
 
 
 def _arm(camera: Camera, origin: str) -> Any:
@@ -138,28 +134,31 @@ def _arm(camera: Camera, origin: str) -> Any:
 
 def _curves(c: Outline, what: str) -> Any:
     """A plot of one quantity for each joint."""
-    views = []
-    for j, joint in enumerate(c.joints):
-        length, effort = ("m", "N") if c.prismatic[j] else ("rad", "N m")
-        unit = f"{length}, {length}/s" if what == "motion" else effort
-        parts = ("velocity", "position") if what == "motion" else (what,)
-        contents = [f"$origin/{p}/**" for p in parts]
-        ranges = c.ranges.get(what.split("/")[0])
-        views.append(
-            _plot(
-                f"/joints/{j + 1}", contents, f"{j + 1} {joint} [{unit}]", False, c.end, ranges[j] if ranges else None
-            )
-        )
+    parts = ("velocity", "position") if what == "motion" else (what,)
+    contents = [f"$origin/{p}/**" for p in parts]
+    views = [
+        _plot(c, f"/joints/{j}", contents, what.split("/")[0], j, legend=False) for j in range(1, len(c.joints) + 1)
+    ]
     return _grid(views, what)
 
 
-def _plot(
-    origin: str, contents: Sequence[str], name: str, legend: bool, end: float, y_range: Range | None = None
+def _plot(c: Outline, origin: str, contents: Sequence[str], what: str, joint: int, legend: bool) -> Any:
+    """The plot of a quantity of a joint (from 1), with its extent in the title."""
+    length, effort = ("m", "N") if c.prismatic[joint - 1] else ("rad", "N m")
+    found = c.extents[what][joint - 1] if what in c.extents else None
+    title = in_title(found, f"{length}, {length}/s" if what == "motion" else effort)
+    of = "residual of " if legend else ""
+    return _time_series(origin, contents, f"{of}{joint} {c.joints[joint - 1]}, {title}", legend, c.moving, found)
+
+
+def _time_series(
+    origin: str, contents: Sequence[str], name: str, legend: bool, time: Range, found: Range | None = None
 ) -> Any:
     import rerun.blueprint as rrb
 
+    y_range = None if found is None else with_margin(found, LEGEND_ROOM if legend else 0.0)
     return rrb.TimeSeriesView(
-        origin=origin, contents=list(contents), name=name, axis_x=_time_axis(end),
+        origin=origin, contents=list(contents), name=name, axis_x=_time_axis(time),
         axis_y=None if y_range is None else rrb.ScalarAxis(range=y_range),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
     )  # fmt: skip
@@ -175,13 +174,13 @@ def _with_legend(grid: Any, origin: str, count: int, name: str, row: int = LEGEN
     return rrb.Vertical(strip, grid, row_shares=[0.55 * rows, 10], name=name)
 
 
-def _time_axis(end: float) -> Any:
-    """A time axis from 0 to an end [s]; all plots of a session zoom together."""
+def _time_axis(shown: Range) -> Any:
+    """A time axis from a start to an end [s]."""
     import rerun as rr
     import rerun.blueprint as rrb
 
     whole = rr.TimeRange(
-        start=rr.TimeRangeBoundary.absolute(seconds=0.0), end=rr.TimeRangeBoundary.absolute(seconds=end)
+        start=rr.TimeRangeBoundary.absolute(seconds=shown[0]), end=rr.TimeRangeBoundary.absolute(seconds=shown[1])
     )
     return rrb.TimeAxis(view_range=whole, link=rrb.components.LinkAxis.Independent)
 
@@ -207,7 +206,7 @@ def _design(c: Outline) -> Any:
     length = "rad, m" if any(c.prismatic) else "rad"
     units = {"position": length, "velocity": f"{length}/s", "acceleration": f"{length}/s²"}
     curves = [
-        _plot(f"/design/{part}", ["$origin/**"], f"planned {part} [{unit}]", False, c.design_end)
+        _time_series(f"/design/{part}", ["$origin/**"], f"planned {part} [{unit}]", False, (0.0, c.design_end))
         for part, unit in units.items()
     ]
     side = [_chart("/design/progress", "condition number, iteration by iteration")] if c.has_progress else []

@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     import rerun as rr
 
 Array = NDArray[np.float64]
-WIDTH, HEIGHT = 2.6, 1.0  # of the axes, in units of the view
+WIDTH, HEIGHT = 3.3, 1.0  # of the axes, in units of the view
 MARK_DROP = 0.02  # from the top of a chart to the name of a mark
 LABEL_DROP = 0.1  # distance of the viewer's labels below their points
 LEGEND_ROW, LEGEND_STEP = 5, 8.0  # names in a row of a legend, and their distance in heights of a row
 LETTER = 0.12  # half a letter's width, so that a name begins beside its colour
 MAX_POINTS = 1500
 BINS = 24
-BOUNDS = ((-0.33, 2.75), (-0.14, 1.42))  # x and y range of a view that shows one chart and its labels
+LINES_FROM = 40.0  # the viewer's order of drawing, above points
+BOUNDS = ((-0.33, 3.45), (-0.14, 1.42))  # x and y range of a view that shows one chart and its labels
 
 
 @dataclass(frozen=True)
@@ -36,22 +37,23 @@ class Axes:
     logarithmic: bool = False
 
     @staticmethod
-    def about(x: Array, y: Array, logarithmic: bool = False) -> Axes:
-        """Axes that contain all finite values of x and y, with a margin."""
+    def about(x: Array, y: Array, logarithmic: bool = False, inner: float = 1.0) -> Axes:
+        """Axes that contain all finite values of x and the ``inner`` share of those of y, with a margin."""
         ranges = []
-        for values in (x, np.log10(y) if logarithmic else y):
+        for values, share in ((x, 1.0), (np.log10(y) if logarithmic else y, inner)):
             finite = values[np.isfinite(values)]
-            low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+            ends = np.quantile(finite, [(1 - share) / 2, (1 + share) / 2]) if len(finite) else (0.0, 1.0)
+            low, high = float(ends[0]), float(ends[1])
             room = 0.05 * (high - low) or max(abs(high), 1.0) * 0.1
             ranges.append((low - room, high + room))
         return Axes(ranges[0], ranges[1], logarithmic)
 
     def place(self, x: Array, y: Array) -> Array:
-        """Positions (N, 2) of points in the view, whose second axis points down."""
+        """Positions (N, 2) of points in the view, whose second axis points down; points beyond the frame are put on its edge."""
         y = np.log10(y) if self.logarithmic else y
         across = (x - self.x[0]) / (self.x[1] - self.x[0])
         up = (y - self.y[0]) / (self.y[1] - self.y[0])
-        return np.column_stack([WIDTH * across, HEIGHT * (1 - up)])
+        return np.column_stack([WIDTH * np.clip(across, 0, 1), HEIGHT * (1 - np.clip(up, 0, 1))])
 
 
 def log_axes(rec: rr.RecordingStream, path: str, axes: Axes, x_label: str, y_label: str) -> None:
@@ -90,11 +92,15 @@ def log_points(rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Arra
     rec.log(path, drawn, static=True)
 
 
-def log_line(rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Array, colour: str) -> None:
-    """Log a line through points (N,)."""
+def log_line(
+    rec: rr.RecordingStream, path: str, axes: Axes, x: Array, y: Array, colour: str, width: float = 4.0, layer: int = 0
+) -> None:
+    """Log a line through points (N,); one of a higher layer is drawn above."""
     import rerun as rr
 
-    line = rr.LineStrips2D([axes.place(x, y)], colors=[rgb(colour)], radii=rr.Radius.ui_points(2.0))
+    line = rr.LineStrips2D(
+        [axes.place(x, y)], colors=[rgb(colour)], radii=rr.Radius.ui_points(width / 2), draw_order=LINES_FROM + layer
+    )
     rec.log(path, line, static=True)
 
 

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed
 from physident.effects.catalogue import effect_label
+from physident.graphics.figures.residual import torque_units
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
 
@@ -23,7 +24,8 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
     lines = []
     if data.predictions:
         names = [p.name for p in data.predictions]
-        lines += ["**RMS residual** [N m], and in % of the joint's RMS torque", ""]
+        units = " or ".join(sorted(set(torque_units(robot))))
+        lines += [f"**RMS residual** [{units}], and in % of the joint's RMS torque", ""]
         lines += [_row(["joint", *names]), _row(["---"] * (len(names) + 1))]
         for j, name in enumerate(robot.joint_names):
             size = _rms(data.measured[:, j])
@@ -62,7 +64,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
         f"## {number}. {cause(finding.effect, finding.joints)}",
         "",
         f"Residual {gain.rms_before:.3g} → {gain.rms_after:.3g} N m RMS on left-out rows:"
-        f" **{gain.reduction_percent:.0f} % less** (95 %: {low:.0f} to {high:.0f} %).",
+        f" **{gain.reduction_percent:.0f} % less** (95 %: {round(low)} to {round(high)} %).",
         "",
         _row(["parameter", "joint", "value", "95 % interval", "unit"]),
         _row(["---"] * 5),
@@ -79,9 +81,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
-    lines += [finding.in_words, ""] if finding.in_words else []
-    if finding.advice:
-        lines += [finding.advice, ""]
+    lines += [in_words(text) + "\n" for text in (finding.in_words, finding.advice) if text]
     return lines
 
 

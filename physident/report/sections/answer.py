@@ -15,7 +15,7 @@ from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
 from physident.report.reread import Reread
 from physident.report.sections.arm import arm_picture
-from physident.report.sections.practice import practice
+from physident.report.sections.practice import WITHOUT_CAUSE, practice
 
 MARKS = {
     "explained": "explained",
@@ -45,13 +45,15 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
 
 
 def _practice(c: DiagnosisRecord) -> list[Markup]:
-    """One sentence for each cause: what it means, and what to do."""
+    """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
+    if not c.causes:
+        return [tag("p", WITHOUT_CAUSE[c.verdict], class_="practice")]
     items = [
         tag("li", tag("strong", f"{name[0].upper()}{name[1:]}. "), practice(f.effect))
         for f in c.causes
         if (name := cause(f.effect, f.joints))
     ]
-    return [tag("ul", *items, class_="practice")] if items else []
+    return [tag("ul", *items, class_="practice")]
 
 
 def judged_on(c: DiagnosisRecord) -> str:
@@ -65,6 +67,8 @@ def judged_on(c: DiagnosisRecord) -> str:
 def _gains(c: DiagnosisRecord) -> list[str]:
     if not c.findings:
         return []
+    if c.extended is None:
+        return ["What was found is not certain enough to be added to the model. "]
     units, before, after = torque_units(c.model.robot), c.before.rms, c.after.rms
     moved = np.array([change(b, a) for b, a in zip(before, after, strict=True)])
     best = int(np.argmin(moved))

@@ -37,7 +37,11 @@ def arm_picture(c: DiagnosisRecord, recordings: Sequence[Reread]) -> Markup:
     foot = tag("rect", x=points[0][0] - 26, y=points[0][1], width=52, height=8, class_="foot")
     marked = {j: [f for f in causes if j in f.joints] for j in range(1, robot.n + 1)}
     tool = _rings(points[-1], [f for f in causes if not f.joints]) or [_circle(points[-1], RADIUS / 2, "#c8c8c8")]
-    joints = [part for j, found in marked.items() for part in _joint(j, points[j], found)]
+    joints = [
+        part
+        for group in _places(points[1:-1])
+        for part in _joint(group, points[group[0]], [f for f in causes if any(f in marked[j] for j in group)])
+    ]
     drawing = tag(
         "svg",
         foot,
@@ -104,10 +108,20 @@ def _line(a: Array, b: Array) -> Markup:
     return tag("line", x1=f"{a[0]:.1f}", y1=f"{a[1]:.1f}", x2=f"{b[0]:.1f}", y2=f"{b[1]:.1f}", class_="link")
 
 
-def _joint(number: int, at: Array, found: Sequence[Finding]) -> list[Markup]:
-    """A numbered circle, in a ring for each cause on this joint."""
+def _places(joints: Array) -> list[list[int]]:
+    """The joints (from 1) by the places (n, 2) of their circles: joints whose circles would cover each other share one."""
+    groups: list[list[int]] = []
+    for number, at in enumerate(joints, 1):
+        near = next((g for g in groups if np.linalg.norm(joints[g[0] - 1] - at) < RADIUS), None)
+        groups.append([number]) if near is None else near.append(number)
+    return groups
+
+
+def _joint(numbers: Sequence[int], at: Array, found: Sequence[Finding]) -> list[Markup]:
+    """A circle with the number of its joint, or of several, in a ring for each cause on them."""
     circle = _circle(at, RADIUS, PALE if found else "#ececec")
-    text = tag("text", str(number), x=f"{at[0]:.1f}", y=f"{at[1] + 5:.1f}", class_="marked" if found else "plain")
+    label = "·".join(map(str, numbers))
+    text = tag("text", label, x=f"{at[0]:.1f}", y=f"{at[1] + 5:.1f}", class_="marked" if found else "plain")
     return [*_rings(at, found), circle, text]
 
 

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import CurveBand, Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, listed, searches_in_words
+from physident.diagnosis.result.wording import cause, in_words, listed, searches_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.figures.residual import torque_units
 from physident.graphics.style import OTHER, effect_colour
@@ -34,7 +34,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         "article",
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
-        *([tag("p", f.in_words)] if f.in_words else []),
+        *([tag("p", in_words(f.in_words))] if f.in_words else []),
         *(_curve(c, curve) for curve in f.curves),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
@@ -98,7 +98,7 @@ def _parameters(f: Finding) -> list[Markup]:
 
 def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
     low, high = v.interval95
-    name = effect_label(v.name) if v.name == f.effect else v.name
+    name = effect_label(v.name)
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
     row = [name, *([str(v.joint)] if f.joints else []), quantity(v.value, v.unit), interval]
     return [*row, quantity(v.change, v.unit, sign=True)] if changed else row

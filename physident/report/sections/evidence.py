@@ -61,7 +61,7 @@ def _scale(c: DiagnosisRecord, threshold: float) -> Markup:
 
     marks = [tag("b", "×", style=at(p.gain)) for p in c.placebos]
     marks += [tag("i", style=f"{at(f.evidence)};background:{effect_colour(f.effect)}") for f in c.findings]
-    labels = [tag("span", number(x), style=at(x)) for x in _round_numbers(top, threshold)]
+    labels = [tag("span", number(x, 1), style=at(x)) for x in _round_numbers(top, threshold)]
     return tag(
         "div",
         tag("div", tag("u", style=at(threshold)), *marks, class_="marks"),

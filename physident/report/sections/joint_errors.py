@@ -21,11 +21,11 @@ def joint_errors(c: DiagnosisRecord) -> Markup:
     """A row for each joint: relative error as bars, RMS in the unit of its torque."""
     largest = float(max(np.max(c.before.relative), np.max(c.after.relative))) or 1.0
     names = [(AS_IT_WAS, style.AS_IT_WAS)]
-    if c.findings:
+    if c.extended is not None:
         names.append((EXTENDED, style.EXTENDED))
     return tag(
         "section",
-        tag("h2", "Each joint before and after" if c.findings else "The error of each joint"),
+        tag("h2", "Each joint before and after" if c.extended is not None else "The error of each joint"),
         tag(
             "p",
             f"On {judged_on(c)}. The bars show the relative error, 100 |measured − predicted| / |measured|,"
@@ -40,7 +40,7 @@ def joint_errors(c: DiagnosisRecord) -> Markup:
 
 def _row(c: DiagnosisRecord, j: int, largest: float) -> Markup:
     unit = torque_units(c.model.robot)[j]
-    shown = [(c.before, style.AS_IT_WAS), (c.after, style.EXTENDED)][: 2 if c.findings else 1]
+    shown = [(c.before, style.AS_IT_WAS), (c.after, style.EXTENDED)][: 2 if c.extended is not None else 1]
     bars = [
         tag("div", tag("i", style=f"width:{100 * x.relative[j] / largest:.1f}%;background:{colour}"), class_="bar")
         for x, colour in shown
@@ -53,7 +53,14 @@ def _row(c: DiagnosisRecord, j: int, largest: float) -> Markup:
         tag("div", tag("strong", f"Joint {j + 1}"), f" {c.model.robot.joint_names[j]}", class_="name"),
         tag("div", *bars, class_="bars"),
         tag("div", relative, class_="cell"),
-        tag("div", rms, " RMS", *([f" ({changed})"] if c.findings else []), *_floor(c, j, unit), class_="cell"),
+        tag(
+            "div",
+            rms,
+            " RMS",
+            *([f" ({changed})"] if c.extended is not None else []),
+            *_floor(c, j, unit),
+            class_="cell",
+        ),
         class_="level",
     )
 

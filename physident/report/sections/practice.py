@@ -5,6 +5,14 @@ from __future__ import annotations
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Family
 
+WITHOUT_CAUSE = {
+    "nothing_missing": "The model is as good as the measurement: nothing needs to be done.",
+    "explained": "The model is as good as the measurement: nothing needs to be done.",
+    "partly_explained": "The error has a pattern, but no cause is certain: change nothing on the arm for it, and record again as listed under"
+    " “What to record next”.",
+    "unexplained": "The error has a pattern that no known cause makes: change nothing on the arm for it, record again as listed under"
+    " “What to record next”, and inspect the arm if the pattern stays.",
+}
 EFFECTS = {
     "rigid_body": "The masses in the simulation are not those of this arm: identify the arm again, or correct its description.",
     "rotor_inertia": "The simulation has the motors' own inertia wrong: enter the value below as the joint's armature.",

@@ -82,11 +82,12 @@ def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence
     if not len(rows):
         return tag("figure", tag("figcaption", f"{title}: no row with motion"))
     time = pair.before.time[rows] - start
-    colours = (style.AS_IT_WAS, style.EXTENDED)
-    models = list(zip((AS_IT_WAS, EXTENDED), pair.both, colours, strict=False))
-    predicted = [Line(name, time, (p.measured - p.residual)[rows, j], colour) for name, p, colour in models]
-    residuals = [Line(name, time, p.residual[rows, j], colour) for name, p, colour in models]
-    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 2.0)
+    looks = ((AS_IT_WAS, style.AS_IT_WAS, 2.0), (EXTENDED, style.EXTENDED, 1.0))  # coinciding lines lie in one another
+    predicted, residuals = [], []
+    for p, (name, colour, width) in zip(pair.both, looks, strict=False):
+        predicted.append(Line(name, time, (p.measured - p.residual)[rows, j], colour, width))
+        residuals.append(Line(name, time, p.residual[rows, j], colour, width))
+    measured = Line("measured", time, pair.before.measured[rows, j], style.MEASURED, 3.0)
     sizes = [float(p.rms[j]) for p in pair.both]
     text = arrow(sizes, unit)
     changed = f" ({percent(change(sizes[0], sizes[-1]), sign=True)})" if len(sizes) > 1 else ""

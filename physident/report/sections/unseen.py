@@ -95,7 +95,7 @@ def _remainder(c: DiagnosisRecord) -> list[Markup]:
     head = ["", "RMS", "memory", "noise's memory", "description"]
     rows = [
         [
-            f"joint {r.joint}", quantity(r.rms, units[r.joint - 1]), f"{number(r.memory, 2)}{SPACE}s",
+            f"joint{SPACE}{r.joint}", quantity(r.rms, units[r.joint - 1]), f"{number(r.memory, 2)}{SPACE}s",
             f"{number(r.white_memory, 2)}{SPACE}s", r.description,
         ]
         for r in left
