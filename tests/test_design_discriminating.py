@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.effects.friction import CoulombFriction
 from physident.excitation.detectability import EVIDENCE, Noise, detectable_magnitudes
 from physident.excitation.motion.series import Series
 from physident.excitation.recording_session import slowed
@@ -148,11 +149,13 @@ def test_rivals_of_an_identified_model_keep_the_settings_of_their_joints(arm):
     widths = (0.01, 0.02, 0.03, 0.04, 0.05, 0.06)
     effects = tuple(replace(e, smoothing=widths) if e.name == "coulomb_friction" else e for e in arm.effects)
     rivals = rivals_of(pid.Model(arm.robot, effects, arm.theta), "coulomb_friction", "load_dependent_friction", 2)
-    (left,) = (e for e in rivals.reduced_model.effects if e.name == "coulomb_friction")
+    (left,) = (e for e in rivals.reduced_model.effects if isinstance(e, CoulombFriction))
     assert left.joints == (1, 3, 4, 5, 6)
     assert left.smoothing == (0.01, 0.03, 0.04, 0.05, 0.06)
     (there,) = rivals.variants[0]
+    assert isinstance(there, CoulombFriction)
     assert (there.joints, there.smoothing) == ((2,), (0.02,))
     (on_joint,) = rivals.on("coulomb_friction", 2)
+    assert isinstance(on_joint, CoulombFriction)
     assert (on_joint.joints, on_joint.smoothing) == ((2,), (0.02,))
     assert len(rivals.reduced_model.theta) == len(arm.theta) - 1

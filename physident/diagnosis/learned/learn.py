@@ -159,7 +159,7 @@ def _law_of_its_shape(rest: Hypothesis, curve: Candidate) -> AcceptedEffect | No
     """The law of the same joint that is within ``SAME_SHAPE`` of a curve, the one of the most gain; None where there is none."""
     laws = laws_of_joint(rest, curve.joints)
     for share, law in sorted(zip(shares_of_curve(rest, curve, laws), laws, strict=True), key=lambda pair: -pair[0]):
-        if share < 1 - SAME_SHAPE**2:
+        if share < 1 - (SAME_SHAPE / 100) ** 2:
             return None
         if is_admissible(rest, law):
             return AcceptedEffect(law, refine_shape(rest, law))

@@ -16,7 +16,7 @@ from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
-SAME_SHAPE = 0.15  # of a curve's RMS: a law that is nearer describes it as well as values are asked to be known
+SAME_SHAPE = 15.0  # % of a curve's RMS: a law that is nearer describes it as well as values are asked to be known
 LEAST = 0.05  # of a curve: a law that takes less is not near it
 
 
@@ -52,6 +52,6 @@ def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
     if not len(shares) or shares.max() < LEAST:
         return f"{said}, and none takes {100 * LEAST:.0f} % of it."
     best = int(np.argmax(shares))
-    if shares[best] > 1 - SAME_SHAPE**2:
+    if shares[best] > 1 - (SAME_SHAPE / 100) ** 2:
         return f"{laws[best].name} takes as much of it."
     return f"{said}; nearest: {laws[best].name}, {100 * min(float(shares[best]), 1.0):.0f} % of it."
