@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import tempfile
 import warnings
@@ -26,6 +27,7 @@ from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parent
+CACHE = Path(os.environ.get("PHYSIDENT_CACHE", Path.home() / ".cache" / "physident")) / "learned" / "real.jsonl"
 ROWS = 1200  # from which a Gaussian process learns: its cost grows with their third power
 SEED = 0
 MODELS = (
@@ -174,14 +176,26 @@ def table(found: dict[str, dict[str, list[float]]]) -> str:
 
 
 def main() -> None:
-    argparse.ArgumentParser(description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--resume", action="store_true", help="leave out what was judged before")
+    resume = parser.parse_args().resume
     warnings.simplefilter("ignore")
+    CACHE.parent.mkdir(parents=True, exist_ok=True)
+    if not resume:
+        CACHE.unlink(missing_ok=True)
+    lines = CACHE.read_text(encoding="utf-8").splitlines() if CACHE.exists() else []
+    done = {row["judged"]: row["errors"] for row in map(json.loads, lines)}
     gathered: dict[str, list[dict[str, list[float]]]] = {}
     cache: dict[str, Any] = {}
     for task in tasks():
         name = f"{task.arm} (faster than any that was fitted)" if task.faster else task.arm
-        gathered.setdefault(name, []).append(errors(task, cache))
-        print(name, json.dumps(gathered[name][-1]), flush=True)
+        judged = task.judged[0].sha256
+        if judged not in done:
+            done[judged] = errors(task, cache)
+            with CACHE.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps({"judged": judged, "errors": done[judged]}) + "\n")
+            print(name, json.dumps(done[judged]), flush=True)
+        gathered.setdefault(name, []).append(done[judged])
     found = {
         arm: {model: np.mean([row[model] for row in rows], axis=0).tolist() for model in MODELS}
         for arm, rows in gathered.items()
