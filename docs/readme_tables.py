@@ -249,7 +249,7 @@ def in_short() -> str:
     """The few figures of README, in plain words."""
     honest, arms = results("calibration")["coverage"]["wls"], results("real_arms")
     sets, load = list(results("blind_trials")["sets"].values()), results("payload")["simulated"]["2.6"]
-    left = arms["a"]["left_out_mean"]
+    left, world = arms["a"]["left_out_mean"], results("open_world")["worlds"]["first"]["figures"]
     named_first = min(one["first"]["percent"] for one in sets)
     accused = max(one["false"]["percent"] for one in sets)
     return "\n".join(
@@ -257,8 +257,9 @@ def in_short() -> str:
             f"- Real UR10e, runs that were not fitted: the default model errs by {errors(left['before'])} % on joints 1 to 6, the"
             f" model extended by its diagnosis by {errors(left['after'])} %.",
             f"- Simulated arms with one hidden effect: it is named first in {named_first:.0f} % of trials; a healthy arm is"
-            f" accused in {accused:.0f} %. The friction law there is the estimator's own; on arms with other physics the rates are"
-            " lower ([open world](studies/open_world/README.md)).",
+            f" accused in {accused:.0f} %. The friction law there is the estimator's own; on arms with other physics, and"
+            f" sensors, motions and faults of their own, these are {world['first']['percent']:.0f} % and"
+            f" {world['twin_false']['percent']:.0f} % ([open world](studies/open_world/README.md)).",
             f"- Confidence intervals of 95 % hold the true value in {honest['lowest_percent']:.0f} to"
             f" {honest['highest_percent']:.0f} % of identifications, with correlated noise.",
             f"- A load of 2.6 kg is weighed to {load['mass_worst_percent']:.1f} % or better from 20 s of simulated motion.",
