@@ -78,8 +78,8 @@ def test_a_contact_lasts_a_moment_and_is_not_held_to_the_rest() -> None:
     assert grade(finding(1.25**0.5, 1.2**0.5, intervals=((1.0, 1.5),))) == "cause"
 
 
-def test_a_handful_is_less_than_half_of_what_an_arm_can_be_accused_of() -> None:
-    """With more findings than one hand holds a baseline is wrong throughout: an arm has one fault or two at a time."""
+def test_a_handful_is_fewer_than_the_families_of_effects() -> None:
+    """An arm has one fault or two at a time; findings of every family at once are a baseline that is wrong throughout."""
     assert 2 < HANDFUL < len({effect.family for effect in pid.CATALOGUE.values()})
 
 

@@ -14,7 +14,7 @@ from physident.large_arrays import blocks
 Array = NDArray[np.float64]
 ROWS = 1 << 13  # looked at at once
 SMALLEST = 1e-12  # N m|N: the residual of exact data
-RESOLUTION = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
+FINEST = 1e-4  # of a joint's torque: 13 bits of its range, beyond any torque sensor or current loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ def rounding(regressor: Regressor) -> float:
     return 1e-12 * max(1.0, float(np.abs(regressor.torque).max()))
 
 
-def noise_floor(regressor: Regressor, share: float = RESOLUTION) -> Array:
+def noise_floor(regressor: Regressor, share: float = FINEST) -> Array:
     """Smallest noise (n,) [N m|N] that a joint's rows are weighted by: no torque is known better than a ``share`` of its size.
 
     Below it, residuals of noise-free data are what resampling, differences and the filter leave, which says nothing about

@@ -61,7 +61,8 @@ def design_covering(
     )  # fmt: skip
     arm, general = estimate.model, task_of(estimate)
     curves = _curves(arm, effect, joint)
-    wide = [_continued(arm, curve, _random_states(arm)) for curve in curves]
+    motions = _random_states(arm)
+    wide = [_continued(arm, curve, motions) for curve in curves]
     counts = [len(curve.columns(arm.robot)) for curve in wide]
     first = sum(len(one.columns(arm.robot)) for one in arm.effects)
     scale = np.concatenate([_sizes(arm, curve) for curve in wide])

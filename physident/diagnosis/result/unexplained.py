@@ -14,7 +14,7 @@ from physident.diagnosis.problem.folds import MEMORIES
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
-from physident.estimation.weighting import RESOLUTION
+from physident.estimation.weighting import FINEST
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -135,7 +135,7 @@ def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> t
     return tuple(
         r.joint
         for r, joint_memory, left in zip(remainder, memory, estimate.relative, strict=True)
-        if joint_memory > STRUCTURED * r.white_memory and left > 100 * RESOLUTION
+        if joint_memory > STRUCTURED * r.white_memory and left > 100 * FINEST
     )
 
 
