@@ -24,8 +24,8 @@ def test_expected_sign_is_the_integral(v: float, half: float, std: float) -> Non
 
 def test_a_sure_velocity_has_its_sign() -> None:
     v = np.array([-0.5, -1e-6, 1e-6, 0.5])
-    sign, spread = velocity_sign(v, np.zeros(4), 0.0, None)
-    np.testing.assert_allclose(sign, np.sign(v))
+    sign, spread = velocity_sign(v[None], np.zeros((1, 4)), np.zeros(1), None)
+    np.testing.assert_allclose(sign[0], np.sign(v))
     np.testing.assert_allclose(spread, 0.0, atol=1e-9)
 
 
@@ -33,7 +33,8 @@ def _rest(before: float, after: float) -> tuple[np.ndarray, np.ndarray]:
     v = np.concatenate([np.full(5, before), np.zeros(40), np.full(5, after)])
     one = np.array([5]), np.array([45])
     rests = Rests(start=one[0], stop=one[1], before=np.array([before]), after=np.array([after]))
-    return velocity_sign(np.nan_to_num(v), np.zeros(50), 1e-3, rests)
+    sign, spread = velocity_sign(np.nan_to_num(v)[None], np.zeros((1, 50)), np.array([1e-3]), [rests])
+    return sign[0], spread[0]
 
 
 def test_friction_at_rest_passes_from_the_sign_before_to_the_sign_after() -> None:
@@ -54,7 +55,7 @@ def test_friction_at_rest_passes_from_the_sign_before_to_the_sign_after() -> Non
 def test_a_torque_of_one_instant_lies_within_the_spread() -> None:
     """An exact velocity crosses zero inside a sample: the instrument shows the sign of one instant, or the sample's mean."""
     half, v = 0.01, np.linspace(-0.015, 0.015, 3001)
-    sign, spread = velocity_sign(v, np.full(v.shape, half), 1e-9, None)
+    sign, spread = (one[0] for one in velocity_sign(v[None], np.full((1, len(v)), half), np.array([1e-9]), None))
     inside = np.abs(v) < half
     error = (np.sign(v) - sign)[inside]
     size = float(np.sqrt((spread[inside] ** 2).mean()))

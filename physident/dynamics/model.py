@@ -121,7 +121,10 @@ class Model:
 
     def torque(self, signals: Signals) -> Array:
         """Joint torques (N, n) [N m|N] that the model predicts to be measured at every sample, unfiltered."""
-        referred = self.refer(signals)
+        return self.measured_torque(self.refer(signals))
+
+    def measured_torque(self, referred: Signals) -> Array:
+        """Joint torques (N, n) [N m|N] that the model predicts to be measured, from the signals of ``refer``."""
         assert referred.motor is not None
         tau = referred.motor.T.copy()
         for effect, theta in self.effect_parameters():

@@ -49,13 +49,9 @@ def _signs(signals: Signals, joints: Sequence[int], width: Array | None) -> tupl
         sign = smooth_sign(signals.v.T[index], width[:, None])
         return sign, np.zeros_like(sign)
     std = np.hypot(signals.velocity_std[index], ERF_WIDTH * width)
-    half = signals.a / (2 * signals.rate)
-    pairs = [
-        velocity_sign(signals.v[:, j], half[:, j], float(s), None if signals.rests is None else signals.rests[j])
-        for j, s in zip(index, std, strict=True)
-    ]
-    sign, spread = np.array(pairs).reshape(-1, 2, len(signals.time)).transpose(1, 0, 2)
-    return sign, spread
+    half = signals.a.T[index] / (2 * signals.rate)
+    rests = None if signals.rests is None else [signals.rests[j] for j in index]
+    return velocity_sign(signals.v.T[index], half, std, rests)
 
 
 @dataclass(frozen=True)
@@ -114,7 +110,7 @@ class ViscousFriction(VelocityFriction):
         _check_lead(self)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return super().values(robot, led_by(signals, self.lead))
+        return led_by(signals, self.lead).v.T[self.active(robot)]
 
     def stepped(self, robot: Robot) -> Effect:
         return replace(self, lead=float(robot.damping_lead.max()))

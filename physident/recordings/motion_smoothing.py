@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +24,10 @@ ROUGH = 9  # samples of a local parabola
 FEW = 300  # samples from which the start of the search is chosen
 STEP = 2.0  # natural logarithm of the first step of each variance; halved until it is below SETTLED
 SETTLED = 0.3
-MEMORY = (
-    100  # samples over which positions are averaged at most: beyond, rounding decides, and a joint at rest has no limit
-)
+MEMORY = 100  # samples over which positions are averaged at most: a joint at rest has no limit
 EXACT = 1e-9  # of the largest value: no position or velocity is known better
 PIECE = 1 << 17  # samples solved for at once
-OVERLAP = (
-    64 * MEMORY
-)  # samples on either side of a piece: the smoother forgets by a factor of e in two memories at most, so 1e-14
+OVERLAP = 64 * MEMORY  # samples around a piece: the smoother forgets by e in two memories at most, so 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,12 +133,10 @@ def _starts(q: Array, dq: Array | None, rate: float, least: MotionNoise, moved: 
         tried = (least.position * rate / 10, 1e-6, still, float(np.std(dq - moved[0])))
         velocities = [max(least.velocity, speed) for speed in tried]
     found = []
-    for position in (least.position, white):
-        for velocity in velocities:
-            for jerk in (rough, 1e-4 * rough, 0.0):
-                noise = replace(least, position=position, velocity=velocity, clock=1e-3 / rate)
-                found.append(replace(noise, jerk=max(jerk, 10 * _least_jerk(noise, rate, fastest))))
-    return found
+    for position, velocity, jerk in product((least.position, white), velocities, (rough, 1e-4 * rough, 0.0)):
+        noise = replace(least, position=position, velocity=velocity, clock=1e-3 / rate)
+        found.append(replace(noise, jerk=max(jerk, 10 * _least_jerk(noise, rate, fastest))))
+    return list(dict.fromkeys(found))
 
 
 def _exactness(values: Array) -> float:
@@ -161,30 +156,47 @@ def _most_likely(
     fastest = float(np.abs(moved[0]).max())
     best, size = _misfit(q, dq, rate, noise, moved), STEP
     while size > SETTLED:
-        improved = False
-        for name in names:
+        untried = list(names)
+        while untried:
+            name = untried.pop(0)
             for sign in (1, -1):
+                factor, moves = float(np.exp(sign * size / (1 if name == "jerk" else 2))), 0
                 while True:
-                    value = getattr(noise, name) * float(np.exp(sign * size / (1 if name == "jerk" else 2)))
-                    trial = replace(noise, **{name: value})
-                    if value < getattr(least, name) or trial.jerk < _least_jerk(trial, rate, fastest):
+                    trial = replace(noise, **{name: getattr(noise, name) * factor})
+                    if getattr(trial, name) < getattr(least, name) or trial.jerk < _least_jerk(trial, rate, fastest):
                         break
                     misfit = _misfit(q, dq, rate, trial, moved)
                     if not misfit < best - 1e-6:
                         break
-                    noise, best, improved = trial, misfit, True
-        if not improved:
-            size /= 2
+                    noise, best, moves = trial, misfit, moves + 1
+                if moves:  # the way back leads to what was worse; the others may now do better
+                    at = names.index(name)
+                    untried = names[at + 1 :] + names[:at]
+                    break
+        size /= 2
     return noise
 
 
 def _rough_motion(q: Array, rate: float) -> Array:
-    """Velocity and acceleration (2, N) of positions (N,), good enough for what an uncertain clock makes of them."""
-    from scipy.signal import savgol_filter
+    """Velocity and acceleration (2, N) of positions (N,), good enough for what an uncertain clock makes of them: those of the
+    parabola through the ``ROUGH`` samples around each, or through the first or last of them."""
+    count = len(q)
+    width = min(ROUGH, (count - 1) // 2 * 2 + 1)
+    if width < 3:
+        return np.zeros((2, count))
+    half = width // 2
+    parabolas = np.lib.stride_tricks.sliding_window_view(q, width) @ _slope_and_curvature(width)
+    sample = np.arange(count)
+    middle = np.clip(sample, half, count - 1 - half)
+    slope, curvature = parabolas[middle - half].T
+    return np.array([(slope + 2 * curvature * (sample - middle)) * rate, 2 * curvature * rate**2])
 
-    window = min(ROUGH, (len(q) - 1) // 2 * 2 + 1)
-    fits = [savgol_filter(q, window, 2, deriv=order, delta=1 / rate) if window > 2 else 0 * q for order in (1, 2)]
-    return np.array(fits)
+
+@lru_cache
+def _slope_and_curvature(width: int) -> Array:
+    """What the samples (width,) are multiplied by for the linear and the quadratic coefficient (width, 2) of their parabola."""
+    t = np.arange(width) - width // 2
+    return np.linalg.pinv(np.vander(t, 3, increasing=True))[1:].T
 
 
 def _variances(noise: MotionNoise, moved: Array) -> tuple[Array, Array]:

@@ -183,6 +183,23 @@ class Signals:
         has = ", ".join(name for name in ("torque", "temperature") if getattr(self, name) is not None) or "no torque"
         return f"Signals of {self.source}: {n} joints, {samples} samples at {self.rate:g} Hz in {len(self.starts)} segments, {has}"
 
+    def at(self, chosen: NDArray[np.bool_]) -> Signals:
+        """Some samples (N,), among them all of every rest, laid end to end: for evaluating a model pointwise."""
+        before = np.concatenate([[0], np.cumsum(chosen)])
+
+        def place(sample: NDArray[np.intp]) -> NDArray[np.intp]:
+            inside = np.clip(sample, 0, len(chosen))
+            return before[inside] + sample - inside  # a rest may begin before the first sample and end after the last
+
+        def pick(x: Array | None) -> Array | None:
+            return None if x is None else x[chosen]
+
+        rests = self.rests and tuple(replace(r, start=place(r.start), stop=place(r.stop)) for r in self.rests)
+        return replace(
+            self, time=self.time[chosen], q=self.q[chosen], v=self.v[chosen], a=self.a[chosen], torque=pick(self.torque),
+            temperature=pick(self.temperature), load=pick(self.load), motor=pick(self.motor), rests=rests, starts=(0,),
+        )  # fmt: skip
+
     def part(self, samples: slice) -> Signals:
         """The samples of one slice, which must lie within a segment."""
 

@@ -7,6 +7,8 @@ while the position shows that the joint rests, it passes from the sign before to
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,41 +20,49 @@ CERTAIN = 6.0  # standard deviations beyond which the sign of a normal value is 
 SURE = 1e-9  # rad/s|m/s: a velocity is never known better
 
 
-def velocity_sign(v: Array, half: Array, std: float, rests: Rests | None) -> tuple[Array, Array]:
-    """The sign of one joint's velocity (N,), and its standard deviation (N,), which one crossing or rest has in common.
+def velocity_sign(v: Array, half: Array, std: Array, rests: Sequence[Rests] | None) -> tuple[Array, Array]:
+    """The sign of the velocities of k joints (k, N), and its standard deviation (k, N), which one crossing or rest has in common.
 
-    During a sample the velocity [rad/s|m/s] passes from ``v - half`` to ``v + half``; ``std`` is the standard deviation of
-    ``v``, or the width over which the arm's own friction turns, or both in quadrature. At rest the sign of a joint that turns
-    back passes straight from one to the other; one that goes on lets go in between; before the first and after the last
-    motion nothing is known, and the sign is zero.
+    During a sample the velocity [rad/s|m/s] passes from ``v - half`` to ``v + half`` (k, N); ``std`` (k,) is the standard
+    deviation of ``v``, or the width over which the arm's own friction turns, or both in quadrature. At rest the sign of a joint
+    that turns back passes straight from one to the other; one that goes on lets go in between; before the first and after
+    the last motion nothing is known, and the sign is zero.
     """
-    sign = expected_sign(v, half, std)
+    sign = expected_sign(v, half, std[:, None])
     # a torque is recorded at one instant of a sample or as a mean over it: where the sign turns inside, that is not known
     spread = np.sqrt(np.maximum(1 - sign**2, 0.0))
-    if rests is not None and len(rests.start):
-        index, which, u = rests.samples(len(v))
-        ends = np.nan_to_num(expected_sign(np.array([rests.before, rests.after]), np.zeros((2, 1)), std))
-        before, after = ends[0, which], ends[1, which]
-        through = before + (after - before) * u
-        sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
-        spread[index] = UNIFORM
-        if rests.held is not None:
-            held = rests.held[which]
-            known = np.isfinite(held)
-            sign[index[known]], spread[index[known]] = held[known], 0.0
+    for j, own in enumerate(rests or ()):
+        if len(own.start):
+            _pass_through(sign[j], spread[j], own, float(std[j]))
     return sign, spread
 
 
-def expected_sign(v: Array, half: Array, std: float) -> Array:
-    """Expected mean of sgn over velocities from ``v - half`` to ``v + half`` (N,), of which ``v`` has an uncertainty."""
-    std = max(std, SURE)
+def _pass_through(sign: Array, spread: Array, rests: Rests, std: float) -> None:
+    """Write the sign of one joint at rest, and its spread, into ``sign`` and ``spread`` (N,)."""
+    index, which, u = rests.samples(len(sign))
+    ends = np.nan_to_num(expected_sign(np.array([rests.before, rests.after]), np.zeros((2, 1)), std))
+    before, after = ends[0, which], ends[1, which]
+    through = before + (after - before) * u
+    sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
+    spread[index] = UNIFORM
+    if rests.held is not None:
+        held = rests.held[which]
+        known = np.isfinite(held)
+        sign[index[known]], spread[index[known]] = held[known], 0.0
+
+
+def expected_sign(v: Array, half: Array, std: Array | float) -> Array:
+    """Expected mean of sgn over velocities from ``v - half`` to ``v + half``, of which ``v`` has an uncertainty; arrays of one
+    shape, or that broadcast to the shape of ``v``."""
+    std = np.maximum(std, SURE)
     mean = np.sign(v)
     doubtful = ~(np.abs(v) > np.abs(half) + CERTAIN * std)  # NaN stays NaN
-    mean[doubtful] = _expected_near_zero(v[doubtful], np.broadcast_to(half, v.shape)[doubtful], std)
+    half, std = np.broadcast_to(half, v.shape)[doubtful], np.broadcast_to(std, v.shape)[doubtful]
+    mean[doubtful] = _expected_near_zero(v[doubtful], half, std)
     return mean
 
 
-def _expected_near_zero(v: Array, half: Array, std: float) -> Array:
+def _expected_near_zero(v: Array, half: Array, std: Array) -> Array:
     from scipy.special import erf
 
     small = np.abs(half) < 1e-3 * std  # the mean over the sample is then the value in its middle

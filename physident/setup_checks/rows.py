@@ -43,20 +43,22 @@ class Rows:
     block: NDArray[np.intp]
     trusted: bool
 
+    @cached_property
     def gravity(self) -> Array:
         """The description's gravity torque (M, n) [N m]."""
         return gravity_torque(self.robot, self.robot.nominal, self.q, np.array(self.robot.gravity))
 
+    @cached_property
     def inertial(self) -> Array:
         """The description's torque (M, n) [N m] of acceleration and velocity."""
         whole = inverse_dynamics(self.robot, self.robot.nominal, self.q, self.v, self.a)
-        return whole - self.gravity()
+        return whole - self.gravity
 
     @cached_property
     def columns(self) -> Array:
         """What explains the torque of each joint, (n, M, 5): gravity, inertia, rotor, viscous and Coulomb friction, each
         without its mean over a segment, so that a constant offset of a recording is no evidence."""
-        parts = (self.gravity(), self.inertial(), self.a, self.v, self.sign)
+        parts = (self.gravity, self.inertial, self.a, self.v, self.sign)
         return self.centred(np.stack(parts, axis=-1)).transpose(1, 0, 2)
 
     def strong(self) -> NDArray[np.bool_]:

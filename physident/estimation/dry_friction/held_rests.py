@@ -77,16 +77,25 @@ def _held(model: Model, signals: Signals) -> Signals:
     pieces = [_pieces(rests, max(3, round(PIECE * signals.rate))) for rests in signals.rests]
     free = replace(signals, rests=tuple(pieces))
     sums = [np.zeros((2, len(rests.start))) for rests in pieces]
-    for samples in free.blocks(pointwise=all(effect.pointwise for effect in model.effects)):
+    pointwise = all(effect.pointwise for effect in model.effects)
+    for samples in free.blocks(pointwise=pointwise):
         part = free.part(samples)
-        assert part.torque is not None
-        now, level = dry_friction(model, part)
-        wanted = now + part.torque - model.torque(part)
+        looked_at = np.any([rests.mask(len(part.time)) for rests in part.rests or ()], axis=0) | (not pointwise)
+        wanted, level = np.zeros((2, *part.q.shape))
+        wanted[looked_at], level[looked_at] = _wanted(model, part.at(looked_at) if pointwise else part)
         for j, (rests, total) in enumerate(zip(pieces, sums, strict=True)):
             _add(total, rests, samples, wanted[:, j], np.abs(level[:, j]))
         release()
     held = [np.where(np.abs(wanted) > most, np.sign(wanted), np.nan) for wanted, most in sums]
     return replace(free, rests=tuple(replace(r, held=h) for r, h in zip(pieces, held, strict=True)))
+
+
+def _wanted(model: Model, signals: Signals) -> tuple[Array, Array]:
+    """The dry friction (N, n) [N m|N] that would explain the measured torque at each sample, and its level there."""
+    assert signals.torque is not None
+    referred = model.refer(signals)
+    now, level = dry_friction(model, referred)
+    return now + signals.torque - model.measured_torque(referred), level
 
 
 def _add(total: Array, rests: Rests, samples: slice, *values: Array) -> None:

@@ -76,20 +76,21 @@ def _best_friction(
     if not at_rest.any():
         return np.zeros(at_rest.shape), at_rest
     assert signals.torque is not None
-    now, level = dry_friction(model, signals)
-    wanted, level = now + signals.torque - model.torque(signals), np.abs(level)
+    referred = model.refer(signals)
+    now, level = dry_friction(model, referred)
+    wanted, level = now + signals.torque - model.measured_torque(referred), np.abs(level)
     beyond = at_rest & (np.abs(wanted) > level + DOUBT * noise)
     return np.where(at_rest, np.clip(wanted, -level, level) - now, 0.0), beyond
 
 
-def dry_friction(model: Model, signals: Signals) -> tuple[Array, Array]:
-    """The dry friction (N, n) [N m|N] that a model has at each sample, and its level there: that of a slow creep."""
-    referred = model.refer(signals)
+def dry_friction(model: Model, referred: Signals) -> tuple[Array, Array]:
+    """The dry friction (N, n) [N m|N] that a model has at each sample, and its level there: that of a slow creep;
+    ``referred`` are the signals of ``Model.refer``."""
     # at a slow creep every dry friction is at its level, whatever the recording says of the sign
     creeping = replace(
-        referred, v=np.tile(creep(model), (len(signals.v), 1)), velocity_std=None, rests=None, transition=None
+        referred, v=np.tile(creep(model), (len(referred.v), 1)), velocity_std=None, rests=None, transition=None
     )
-    now, level = np.zeros(signals.q.shape), np.zeros(signals.q.shape)
+    now, level = np.zeros(referred.q.shape), np.zeros(referred.q.shape)
     for effect, theta in model.effect_parameters():
         if effect.dry:
             now += _torque(model, effect, theta, referred)
