@@ -160,18 +160,16 @@ def _most_likely(
         while untried:
             name = untried.pop(0)
             for sign in (1, -1):
-                factor, moves = float(np.exp(sign * size / (1 if name == "jerk" else 2))), 0
+                start, factor = noise, float(np.exp(sign * size / (1 if name == "jerk" else 2)))
                 while True:
                     trial = replace(noise, **{name: getattr(noise, name) * factor})
                     if getattr(trial, name) < getattr(least, name) or trial.jerk < _least_jerk(trial, rate, fastest):
                         break
-                    misfit = _misfit(q, dq, rate, trial, moved)
-                    if not misfit < best - 1e-6:
+                    if not (misfit := _misfit(q, dq, rate, trial, moved)) < best - 1e-6:
                         break
-                    noise, best, moves = trial, misfit, moves + 1
-                if moves:  # the way back leads to what was worse; the others may now do better
-                    at = names.index(name)
-                    untried = names[at + 1 :] + names[:at]
+                    noise, best = trial, misfit
+                if noise is not start:  # the way back leads to what was worse; the others may now do better
+                    untried = names[names.index(name) + 1 :] + names[: names.index(name)]
                     break
         size /= 2
     return noise
@@ -209,9 +207,9 @@ def _misfit(q: Array, dq: Array | None, rate: float, noise: MotionNoise, moved: 
     """Minus twice the logarithm of the likelihood, but for a constant."""
     position, velocity = _variances(noise, moved)
     states, determinant = _solve(q, dq, rate, noise.jerk, position, velocity)
-    N, jerk = len(q), noise.jerk / rate**5
+    jerk = noise.jerk / rate**5
     innovation = (states[1:] - states[:-1] @ _TRANSITION.T) @ _ROOT
-    total = float(np.vdot(innovation, innovation)) / jerk + determinant + 3 * (N - 1) * np.log(jerk)
+    total = float(np.vdot(innovation, innovation)) / jerk + determinant + 3 * (len(q) - 1) * np.log(jerk)
     total += float(((q - states[:, 0]) ** 2 / position + np.log(position)).sum())
     if dq is not None:
         total += float(((dq - states[:, 1] * rate) ** 2 / velocity + np.log(velocity)).sum())
