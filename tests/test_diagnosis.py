@@ -110,6 +110,9 @@ def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estim
     diagnosis = pid.diagnose_motion(estimate, [recorded(folder, "contact", arm, 13)])
     (finding,) = diagnosis.findings
     assert (finding.effect, finding.joints) == ("contact", ())
+    assert finding.grade == "cause"
+    assert finding.takes_percent is not None
+    assert finding.takes_percent > 90  # while it lasts; of the whole recording it is a tenth
     ((start, end),) = finding.intervals
     assert start == pytest.approx(6.0, abs=0.26)
     assert end == pytest.approx(7.5, abs=0.51)

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.grading import grades
 from physident.diagnosis.grading.grades import graded
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.search.forward_search import HANDFUL
+from physident.effects.contact import Contact
 from tests.plant import Arm
 
 NOISE = np.full(2, 0.5)  # N m, that even a right model leaves
@@ -74,8 +76,44 @@ def test_a_doubt_makes_a_hint_however_much_it_takes() -> None:
     assert grade(finding(9.0, 0.5, doubts=("its sign changes between recordings",))) == "hint"
 
 
-def test_a_contact_lasts_a_moment_and_is_not_held_to_the_rest() -> None:
-    assert grade(finding(1.25**0.5, 1.2**0.5, intervals=((1.0, 1.5),))) == "cause"
+def pushed(left: float, forces: int = 3, memory: float = 2.0) -> tuple[Any, Any]:
+    """Ten seconds of two joints with the same residual everywhere, and of those without a contact from 2 to 3 s, which takes
+    its power there down to ``left``."""
+    time = np.arange(100) / 10
+    during = (time >= 2) & (time < 3)
+    made = hypothesis()
+    made.problem.regressor.time, made.problem.regressor.recording = time, np.zeros(100, dtype=int)
+    made.problem.signals = [SimpleNamespace(recording="a", origin=0.0)]
+    made.accepted = (
+        SimpleNamespace(candidate=SimpleNamespace(name="contact", joints=()), effect=Contact(recording="a")),
+    )
+    made.effect_values = [np.zeros(forces)]
+    made.fit.memory = np.full(2, memory)
+    made.fit.residual = np.where(during[:, None], left**0.5, 1.0) * np.ones((100, 2))
+    return made, SimpleNamespace(fit=SimpleNamespace(residual=np.ones((100, 2))))
+
+
+@pytest.mark.parametrize(
+    ("left", "forces", "memory", "expected"),
+    [
+        (0.3, 3, 2.0, "cause"),  # though it takes one part in a hundred of the whole recording
+        (0.7, 3, 2.0, "contribution"),
+        (
+            0.3,
+            8,
+            2.0,
+            "contribution",
+        ),  # as many forces as there are samples to spare: what they take they would take of noise
+        (0.3, 3, 5.0, "contribution"),
+    ],
+)
+def test_a_contact_is_judged_while_it_lasts(
+    left: float, forces: int, memory: float, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    complete, rest = pushed(left, forces, memory)
+    monkeypatch.setattr(grades, "without", lambda *_: rest)
+    contact = finding(1.0, 0.995, effect="contact", joints=(), intervals=((2.0, 3.0),), recording="a")
+    assert graded(complete, [contact], np.full(2, 0.01))[0].grade == expected
 
 
 def test_a_handful_is_fewer_than_the_families_of_effects() -> None:

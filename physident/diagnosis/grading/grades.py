@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.grading.members import members, without
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
@@ -65,14 +66,34 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     )  # errors are those of rows weighted by what their rests leave open, so the noise is too
     trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
     right = float(np.sum(weights * trusted[index] * expected[index] ** 2) / np.sum(weights))
-    takes = max(0.0, finding.gain.rms_before**2 - finding.gain.rms_after**2)
-    leaves = max(0.0, finding.gain.rms_after**2 - right)
+    gain = finding.gain
+    before, after = (
+        _while_it_lasts(hypothesis, finding) if finding.intervals else (gain.rms_before**2, gain.rms_after**2)
+    )
+    takes, leaves = max(0.0, before - after), max(0.0, after - right)
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
-    # a contact lasts a moment: what the joints leave at all other times says nothing about it, and it has thresholds of its own
-    is_cause = bool(finding.intervals) or (takes > max(leaves, NOTICED * right) and not vague)
+    is_cause = takes > max(leaves, NOTICED * right) and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
-    share = takes / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
-    left = leaves / finding.gain.rms_before**2 if finding.gain.rms_before > 0 else 0.0
-    return replace(finding, grade=grade, takes_percent=100 * share, leaves_percent=100 * left)
+    share, left = (100 * part / before if before > 0 else 0.0 for part in (takes, leaves))
+    return replace(finding, grade=grade, takes_percent=share, leaves_percent=left)
+
+
+def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, float]:
+    """Mean square [(N m|N)^2] that is left without and with a contact in its intervals: it lasts a moment, and what the joints
+    leave at all other times says nothing about it. Forces fitted to a few samples are counted by the samples that are left."""
+    problem, sigma = hypothesis.problem, hypothesis.fit.sigma
+    rows = np.zeros(len(problem.regressor.time), dtype=bool)
+    for index, signals in enumerate(problem.signals):
+        if signals.recording == finding.recording:
+            time = problem.regressor.time - signals.origin
+            own = problem.regressor.recording == index
+            rows |= own & np.any([(time >= start) & (time < end) for start, end in finding.intervals], axis=0)
+    counted = problem.regressor.counted[rows]
+    total = max(float((counted / sigma**2).sum()), 1e-300)
+    left = (without(hypothesis, [finding]), hypothesis)
+    before, after = (float((counted * (one.fit.residual[rows] / sigma) ** 2).sum()) / total for one in left)
+    forces = sum(len(hypothesis.effect_values[i]) for i in members(hypothesis, finding))
+    samples = float((counted.sum(axis=0) / hypothesis.fit.memory).sum())
+    return before, min(before, after / max(1 - forces / max(samples, 1e-300), 1e-300))
