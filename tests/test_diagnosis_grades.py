@@ -97,7 +97,7 @@ def pushed(left: float, forces: int = 3, memory: float = 2.0) -> tuple[Any, Any]
     ("left", "forces", "memory", "expected"),
     [
         (0.3, 3, 2.0, "cause"),  # though it takes one part in a hundred of the whole recording
-        (0.7, 3, 2.0, "contribution"),
+        (0.5, 3, 2.0, "contribution"),
         (
             0.3,
             8,
@@ -114,6 +114,10 @@ def test_a_contact_is_judged_while_it_lasts(
     monkeypatch.setattr(grades, "without", lambda *_: rest)
     contact = finding(1.0, 0.995, effect="contact", joints=(), intervals=((2.0, 3.0),), recording="a")
     assert graded(complete, [contact], np.full(2, 0.01))[0].grade == expected
+    whole = replace(contact, gain=replace(contact.gain, rms_after=0.5))  # all that the recording shows is the contact
+    assert graded(complete, [whole], np.full(2, 0.01))[0].grade == (
+        "cause" if (forces, memory) == (3, 2.0) else "contribution"
+    )
 
 
 def test_a_handful_is_fewer_than_the_families_of_effects() -> None:

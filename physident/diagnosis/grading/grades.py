@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,18 +66,32 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     )  # errors are those of rows weighted by what their rests leave open, so the noise is too
     trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
     right = float(np.sum(weights * trusted[index] * expected[index] ** 2) / np.sum(weights))
-    gain = finding.gain
-    before, after = (
-        _while_it_lasts(hypothesis, finding) if finding.intervals else (gain.rms_before**2, gain.rms_after**2)
-    )
-    takes, leaves = max(0.0, before - after), max(0.0, after - right)
+    whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)
+    share = noticed = _Share.of(*_while_it_lasts(hypothesis, finding), right) if finding.intervals else whole
+    if (
+        finding.intervals and not share.takes > share.leaves
+    ):  # a moment that other errors spoil can still explain the whole
+        share = whole
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
-    is_cause = takes > max(leaves, NOTICED * right) and not vague
+    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * right and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
-    share, left = (100 * part / before if before > 0 else 0.0 for part in (takes, leaves))
-    return replace(finding, grade=grade, takes_percent=share, leaves_percent=left)
+    scale = 100 / share.before if share.before > 0 else 0.0
+    return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Share:
+    """What a finding ``takes`` of a mean square ``before`` [(N m|N)^2], and what it ``leaves`` above what a right model leaves."""
+
+    before: float
+    takes: float
+    leaves: float
+
+    @staticmethod
+    def of(before: float, after: float, right: float) -> _Share:
+        return _Share(before=before, takes=max(0.0, before - after), leaves=max(0.0, after - right))
 
 
 def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, float]:
