@@ -25,6 +25,8 @@ from tests.truth import ArmTruth, Disturbance, HiddenEffect, Motion
 Array = NDArray[np.float64]
 RUNS = 3  # diagnosed; one more is held out
 TRIES = 8
+STRETCH = 2.0  # s that a stretch of the held-out recording lasts at least
+FAST = 10.0  # rad/s, at which every friction has turned
 SEEN = 25  # rows near a point of a curve from which on the recordings have been there
 
 
@@ -68,9 +70,7 @@ class Bench:
 
 def _plain(whole: ArmTruth) -> ArmTruth:
     """An arm whose friction and links the default model describes: nothing is missing from it but what a trial hides."""
-    friction = replace(
-        whole.friction, kind="smooth", breakaway=whole.friction.coulomb, per_degree=np.zeros(whole.joints)
-    )
+    friction = replace(whole.friction, kind="dry", breakaway=whole.friction.coulomb, per_degree=np.zeros(whole.joints))
     return replace(whole, background=(), friction=friction)
 
 
@@ -81,7 +81,8 @@ def _outside(number: int, seed: int) -> dict[str, Any] | None:
         cause, joint = outside(name, bench.arm, bench.motions, np.random.default_rng([seed, 73]))
         runs, clean = bench.record("changed", disturbances=(cause,)), bench.record("clean")
     found, model = _diagnosed(bench, runs)
-    oracle = pid.validate(pid.identify(bench.robot, clean[:-1], filter=bench.filter), clean[-1:])
+    oracle = pid.identify(bench.robot, clean[:-1], filter=bench.filter)
+    errors = [float(pid.validate(m, [held]).rms[joint]) for m, held in ((model, runs[-1]), (oracle, clean[-1]))]
     variable = VARIABLES.get(name, "position")
     causes = [f for f in found.findings if f.grade != "hint"]
     right = [f for f in causes if f.joints == (joint + 1,) and pid.CATALOGUE[f.effect].variable == variable]
@@ -93,10 +94,12 @@ def _outside(number: int, seed: int) -> dict[str, Any] | None:
         "right": bool(right) and next(f for f in causes if joint + 1 in f.joints) in right,
         "learned": any(pid.CATALOGUE[f.effect].family is pid.Family.LEARNED for f in right),
         "wrong_cause": any(f.grade == "cause" and f not in right for f in found.findings),
-        "curve_percent": _apart(model, cause, joint, runs[:-1]),
+        "curve_percent": _apart(bench.robot, model.model, variable, cause, joint, runs[:-1]),
         "before": float(found.before.rms[joint]),
-        "after": float(found.after.rms[joint]),
-        "oracle": float(oracle.rms[joint]),
+        "after": errors[0],
+        "oracle": errors[1],
+        "after_where_recorded": _where_recorded(model, joint, runs),
+        "oracle_where_recorded": _where_recorded(oracle, joint, clean),
     }
 
 
@@ -119,26 +122,55 @@ def _inside(number: int, seed: int) -> dict[str, Any] | None:
     }
 
 
-def _diagnosed(bench: Bench, runs: list[pid.Recording]) -> tuple[pid.Diagnosis, pid.Model]:
+def _diagnosed(bench: Bench, runs: list[pid.Recording]) -> tuple[pid.Diagnosis, pid.Estimate]:
     """What the diagnosis says is missing from a model of the same recordings, and the extended model."""
     estimate = pid.identify(bench.robot, runs[:-1], filter=bench.filter)
     found = pid.diagnose_motion(estimate, runs[:-1], runs[-1:])
-    return found, (found.estimate or estimate).model
+    return found, found.estimate or estimate
 
 
-def _apart(model: pid.Model, cause: Cause, joint: int, runs: list[pid.Recording]) -> float | None:
-    """The largest distance [% of its range] of the learned curve over position from the truth where recordings were, but for a
-    constant, which is an offset; None without such a curve."""
+def _where_recorded(model: pid.Estimate, joint: int, runs: list[pid.Recording]) -> float | None:
+    """RMS [N m|N] of a joint over those stretches of the held-out recording in which it is where the others were; None
+    where these are too short."""
+    q, held = np.concatenate([run.q[:, joint] for run in runs[:-1]]), runs[-1]
+    inside = (held.q[:, joint] >= q.min()) & (held.q[:, joint] <= q.max())
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    stretches = [slice(*map(int, pair)) for pair in edges.reshape(-1, 2)]
+    parts = [held.part(s) for s in stretches if held.time[s.stop - 1] - held.time[s.start] >= STRETCH]
+    return float(pid.validate(model, parts).rms[joint]) if parts else None
+
+
+def _apart(
+    robot: pid.Robot, model: pid.Model, variable: str, cause: Cause, joint: int, runs: list[pid.Recording]
+) -> float | None:
+    """The largest distance [% of its range] of the learned curve from the truth where recordings were, but for what the model's
+    other parameters take as well: an offset, gravity; Coulomb and viscous friction. None without such a curve."""
     curves = [(e, theta) for e, theta in model.effect_parameters() if isinstance(e, LearnedCurve)]
-    own = [(e, theta) for e, theta in curves if joint in e.active(model.robot) and e.variable == "position"]
+    own = [(e, theta) for e, theta in curves if joint in e.active(robot) and e.variable == variable]
     if not own:
         return None
     effect, theta = own[0]
-    x, values, _ = effect.curve(model.robot, theta, effect.active(model.robot).index(joint))
-    fast = np.full(len(x), 10.0)
-    true = torque(cause, joint, x, fast)
-    q = np.sort(np.concatenate([run.q[:, joint] for run in runs]))
+    x, values, _ = effect.curve(robot, theta, effect.active(robot).index(joint))
+    if variable == "velocity":
+        true, visited = (
+            torque(cause, joint, np.zeros(len(x)), x),
+            [np.gradient(run.q[:, joint], run.time) for run in runs],
+        )
+        others = np.column_stack([np.ones(len(x)), x, np.sign(x)])
+    else:
+        true, visited = torque(cause, joint, x, np.full(len(x), FAST)), [run.q[:, joint] for run in runs]
+        others = np.column_stack([np.ones(len(x)), *([np.sin(x), np.cos(x)] if _weighs(robot, joint) else [])])
+    every = np.sort(np.concatenate(visited))
     near = (x[-1] - x[0]) / 50
-    seen = np.searchsorted(q, x + near) - np.searchsorted(q, x - near) > SEEN
+    seen = np.searchsorted(every, x + near) - np.searchsorted(every, x - near) > SEEN
     apart = (values - true)[seen]
-    return float(100 * np.abs(apart - np.median(apart)).max() / np.ptp(true[seen]))
+    apart = apart - others[seen] @ np.linalg.lstsq(others[seen], apart, rcond=None)[0]
+    return float(100 * np.abs(apart).max() / np.ptp(true[seen]))
+
+
+def _weighs(robot: pid.Robot, joint: int) -> bool:
+    """Whether a link's weight loads a joint, so that gravity takes a part of any torque over its position."""
+    q = np.random.default_rng(0).uniform(-1, 1, (20, robot.n))
+    still = np.zeros_like(q)
+    load = pid.Model.nominal(robot, ["rigid_body"]).torque(pid.Signals.of_states(q, still, still))
+    return bool(np.abs(load[:, joint]).max() > 1e-9 * np.abs(load).max())

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.learned.nearest_law import SAME_SHAPE, laws_of_joint, shares_of_curve
 from physident.diagnosis.learned.pool import CurvePool
+from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.unexplained import white_memory
@@ -105,7 +106,7 @@ def _with_replacements(
                 law = _law_of_its_shape(rest, curve)
                 if law is not None and law.candidate.key in {one.candidate.key for one in laws}:
                     continue
-                new = law or AcceptedEffect(curve, _effect(curve))
+                new = law or AcceptedEffect(curve, with_own_width(rest, curve, _effect(curve)))
                 progress(
                     f"{'added' if law else 'learned'} {placed(new)} in the place of {', '.join(map(placed, laws))}"
                 )
@@ -188,7 +189,7 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
         if candidate.placebo:
             return None  # curves after a placebo are no better than chance
         if is_admissible(_fresh(now), candidate):
-            return AcceptedEffect(candidate, _effect(candidate))
+            return AcceptedEffect(candidate, with_own_width(now, candidate, _effect(candidate)))
     return None
 
 

@@ -44,7 +44,6 @@ class LearnedCurve(Effect):
     pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
     quantity_unit: ClassVar[str] = "rad"
     middle: ClassVar[tuple[float, float]] = (-1.0, 1.0)  # a range where no recordings give one
-    factor: ClassVar[str] = ""  # what its torque is multiplied by, in the exported formula
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -188,7 +187,12 @@ class LearnedCurve(Effect):
         bump = "((np.maximum(2 - np.abs({t}), 0) ** 3 - 4 * np.maximum(1 - np.abs({t}), 0) ** 3) / 6)"
         terms = [f"{array_source(c)} * {bump.format(t=f'({place} - {i - 1})')}" for i, c in enumerate(C)]
         total = " + ".join(terms)
-        return f"{self.factor} * ({total})" if self.factor else f"({total})"
+        factor = self.factor_source(robot)
+        return f"{factor} * ({total})" if factor else f"({total})"
+
+    def factor_source(self, robot: Robot) -> str:
+        """What its curve is multiplied by, as a NumPy expression; empty where that is one."""
+        return ""
 
     def _place_source(self, robot: Robot, circles: NDArray[np.bool_]) -> str:
         """Where its quantity lies among the splines, joint by joint."""

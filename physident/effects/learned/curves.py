@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
-from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
+from physident.effects.friction import SHARPEST, sign_of_velocity
 from physident.effects.learned.curve import LearnedCurve
+from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -44,18 +45,37 @@ class LearnedPosition(LearnedCurve):
 
 @dataclass(frozen=True)
 class LearnedPositionFriction(LearnedPosition):
-    """tau_j = f_j(q_j) sgn v_j: a damaged place of a gear, a seal or a cable that rubs; f in N m."""
+    """tau_j = f_j(q_j) sgn v_j: a damaged place of a gear, a seal or a cable that rubs; f in N m.
+
+    ``smoothing`` [rad/s], one value or one a joint, is the speed over which it turns, where it does not turn with the joint's dry
+    friction: a place may drag as in oil though all else is dry. Then sgn v is tanh(v / smoothing).
+    """
+
+    smoothing: tuple[float, ...] | None = None
 
     name: ClassVar[str] = "learned_position_friction"
     label: ClassVar[str] = "friction that depends on position"
     signature: ClassVar[str] = "friction that is larger at some positions"
     mistaken_for: ClassVar[str] = "load_dependent_friction: move through one position with two loads"
     dry: ClassVar[bool] = True
-    factor: ClassVar[str] = SMOOTH_SIGN_SOURCE
+    settings_by_joint: ClassVar[tuple[str, ...]] = (*LearnedPosition.settings_by_joint, "smoothing")
     dependence: ClassVar[str] = "position and opposes the motion"
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.smoothing is not None and not (np.isfinite(self.smoothing).all() and min(self.smoothing) > 0):
+            raise InputError(f"{self.name}: smoothing is {self.smoothing}, expected positive speeds [rad/s]")
+
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
-        return sign_of_velocity(signals, joints)
+        if self.smoothing is None:
+            return sign_of_velocity(signals, joints)
+        return sign_of_velocity(signals, joints, np.broadcast_to(self.smoothing, len(joints)).astype(float))
+
+    def factor_source(self, robot: Robot) -> str:
+        widths = np.full(robot.n, SHARPEST)
+        if self.smoothing is not None:
+            widths[self.active(robot)] = self.shape_values(robot, "smoothing")
+        return f"np.tanh(v / {array_source(np.maximum(widths, SHARPEST))})"
 
 
 @dataclass(frozen=True)

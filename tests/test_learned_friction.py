@@ -1,0 +1,68 @@
+"""Friction at a place that turns over a speed of its own: found beside dry friction, and as wide as the arm's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.effects.learned.curves import LearnedPositionFriction
+from physident.identifiability.base_parameters import random_motion
+
+PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
+
+
+@dataclass(frozen=True)
+class Drag(pid.FormulaEffect):
+    """What the arm has: a place that drags as if in oil."""
+
+    name = "drag"
+    unit = "N m"
+    family = pid.Family.FRICTION
+    formulas = (f"np.exp(-0.5 * ((q - {PLACE}) / {WIDTH}) ** 2) * v / (np.abs(v) + {SLOW})",)
+
+
+@pytest.fixture(scope="module")
+def runs(ur5: pid.Robot) -> list[pid.Recording]:
+    """Three recordings of an arm whose third joint passes the place often."""
+    nominal = pid.Model.nominal(ur5)
+    friction = {"viscous_friction": 5.0, "coulomb_friction": 4.0}
+    theta = [friction.get(c.effect, value) for c, value in zip(nominal.columns, nominal.theta, strict=True)]
+    arm = pid.Model(ur5, (*nominal.effects, Drag(joints=(3,))), np.array([*theta, HEIGHT]))
+    sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
+    motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
+    return [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+
+
+def test_it_turns_over_its_own_speed(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
+    found = pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[:2], runs[2:])
+    (cause,) = found.causes
+    assert (cause.effect, cause.joints) == ("learned_position_friction", (3,))
+    assert found.estimate is not None
+    (curve,) = [e for e in found.estimate.model.effects if isinstance(e, LearnedPositionFriction)]
+    assert curve.smoothing is not None
+    # half of either friction is reached at about the same speed: v / (v + slow) there, tanh(v / smoothing) here
+    assert SLOW / 2 < curve.smoothing[0] * np.arctanh(0.5) < 2 * SLOW
+    as_dry = [replace(e, smoothing=None) if e is curve else e for e in found.estimate.model.effects]
+    dry = pid.identify(ur5, runs[:2], as_dry)
+    own = pid.validate(found.estimate, runs[2:])
+    assert own.rms[2] < 0.8 * pid.validate(dry, runs[2:]).rms[2]
+
+
+def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
+    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3))
+    effects = [*pid.Model.nominal(ur5).effects, curve]
+    count = sum(len(e.columns(ur5)) for e in effects)
+    model = pid.Model(ur5, effects, np.random.default_rng(0).standard_normal(count))
+    pid.export_python(model, tmp_path / "arm.py")
+    space: dict = {}
+    exec((tmp_path / "arm.py").read_text(encoding="utf-8"), space)
+    motion = random_motion(ur5, 4)
+    np.testing.assert_allclose(space["torque"](motion.q, motion.v, motion.a), model.torque(motion), rtol=1e-8, atol=1e-8)
+
+
+def test_an_impossible_speed_is_refused() -> None:
+    with pytest.raises(pid.InputError, match="expected positive speeds"):
+        LearnedPositionFriction((1,), smoothing=(0.0,))
