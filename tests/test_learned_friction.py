@@ -60,7 +60,9 @@ def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
     space: dict = {}
     exec((tmp_path / "arm.py").read_text(encoding="utf-8"), space)
     motion = random_motion(ur5, 4)
-    np.testing.assert_allclose(space["torque"](motion.q, motion.v, motion.a), model.torque(motion), rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(
+        space["torque"](motion.q, motion.v, motion.a), model.torque(motion), rtol=1e-8, atol=1e-8
+    )
 
 
 def test_an_impossible_speed_is_refused() -> None:

@@ -75,7 +75,8 @@ def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
     model = pid.Model(ur5, (*base, effect), np.concatenate([nominal.theta, strength]))
     if name == "rigid_body":
         model = replace(nominal, effects=(*base, effect), theta=np.concatenate([nominal.theta, 1.1 * ur5.nominal]))
-    states = integrate(model, pid.random_trajectory(ur5, 9, base_frequency=0.4))
+    motion = pid.random_trajectory(ur5, 9, base_frequency=0.4)
+    states = integrate(model, motion, temperature=lambda time: 25.0 + 0.5 * np.tile(time[:, None], (1, 6)))
     np.testing.assert_allclose(drive(states), model.torque(states), atol=2e-5)
 
 

@@ -24,6 +24,7 @@ from physident.effects.learned.curves import (
     LearnedLoad,
     LearnedPosition,
     LearnedPositionFriction,
+    LearnedTemperature,
     LearnedTime,
     LearnedVelocity,
 )
@@ -68,6 +69,7 @@ CATALOGUE: dict[str, Any] = {
         LearnedPositionFriction,
         LearnedVelocity,
         LearnedLoad,
+        LearnedTemperature,
         LearnedTime,
     )
 }

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Variable = Literal["position", "velocity", "load", "time"]
+Variable = Literal["position", "velocity", "load", "temperature", "time"]
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,7 @@ class Effect(ABC):
     scope: ClassVar[Scope] = Scope.JOINT
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
+    needs_temperature: ClassVar[bool] = False  # recordings must have a temperature channel
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
     settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity

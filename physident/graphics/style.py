@@ -49,6 +49,7 @@ EFFECTS = {
     "learned_velocity": "#FF4B69",
     "learned_load": "#877887",
     "learned_time": "#875A3C",
+    "learned_temperature": "#F0964B",
 }
 # for effects without a colour of their own
 FAMILIES = {

@@ -85,7 +85,11 @@ def measure_identifiability(
         if cls.detection is Detection.NEVER:
             continue
         row = []
+        recorded = not cls.needs_temperature or all(one.temperature is not None for one in signals)
         for joints in cls.scope.places(robot.n):
+            if not recorded:
+                row.append((joints, 0.0, 0.0, 0.0))
+                continue
             candidate = cls.at_grid_middle(joints or None)
             fitted = whole_model
             if any(effect.name == name for effect in effects):

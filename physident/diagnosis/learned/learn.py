@@ -96,7 +96,7 @@ def _with_replacements(
 ) -> Hypothesis:
     """The hypothesis with a curve in the place of each joint's laws of one quantity, where these explain clearly less."""
     for joint in range(1, now.problem.model.robot.n + 1):
-        for variable in ("position", "velocity", "load", "time"):
+        for variable in ("position", "velocity", "load", "temperature", "time"):
             laws = [one for one in now.accepted if _is_law(now, one, joint, variable)]
             if not laws:
                 continue

@@ -55,7 +55,7 @@ class CurvePool:
             for cls in CATALOGUE.values()
             if cls.detection is Detection.AFTER_LAWS
             for j in joints
-            if j not in problem.resting_joints and not _has(problem, cls.name, j)
+            if j not in problem.resting_joints and not _has(problem, cls.name, j) and cls.is_shown(signals, j - 1)
         ]
         added = weight_rows(build_regressor(robot, effects, signals, problem.filter), problem.weights)
         first, at, curves, placebos = len(problem.regressor.columns), 0, [], []

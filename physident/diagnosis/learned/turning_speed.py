@@ -25,7 +25,9 @@ def with_own_width(hypothesis: Hypothesis, candidate: Candidate, curve: LearnedC
         return curve
     joint = candidate.joints[0] - 1
     fastest = max(float(np.abs(one.v[:, joint]).max()) for one in hypothesis.problem.signals)
-    evaluator = GainEvaluator(hypothesis, hypothesis.with_effect(candidate, curve).fit.weights)  # by what is left beside it
+    evaluator = GainEvaluator(
+        hypothesis, hypothesis.with_effect(candidate, curve).fit.weights
+    )  # by what is left beside it
     (option,) = candidate.options
     as_it_is = evaluator.gain(hypothesis.data.columns(option.columns))
     tried = [replace(curve, smoothing=(float(width),)) for width in np.geomspace(SLOWEST, 1.0, STEPS) * fastest]

@@ -41,6 +41,7 @@ class LearnedCurve(Effect):
     detection: ClassVar[Detection] = Detection.AFTER_LAWS
     has_prior: ClassVar[bool] = True
     settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude")
+    channel: ClassVar[str] = "the model's load, expected signals from Model.refer"  # without which it has no quantity
     pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
     quantity_unit: ClassVar[str] = "rad"
     middle: ClassVar[tuple[float, float]] = (-1.0, 1.0)  # a range where no recordings give one
@@ -59,6 +60,11 @@ class LearnedCurve(Effect):
     @abstractmethod
     def quantity_source(self, robot: Robot) -> str:
         """The same as a NumPy expression."""
+
+    @classmethod
+    def is_shown(cls, signals: Sequence[Signals], joint: int) -> bool:
+        """Whether recordings show enough of its quantity on a joint (index) for a diagnosis to try it."""
+        return True
 
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
         """What the curve of each of some joints is multiplied by (k, N)."""
@@ -86,7 +92,7 @@ class LearnedCurve(Effect):
 
     def _values(self, robot: Robot, signals: Signals, x: Array | None) -> Array:
         if x is None:
-            raise InputError(f"{signals.source}: {self.name} needs the model's load, expected signals from Model.refer")
+            raise InputError(f"{signals.source}: {self.name} needs {self.channel}")
         joints = self.active(robot)
         shapes = self._shapes(robot, x.T[joints])
         return (shapes * self.weight(signals, joints)[:, None, :]).reshape(-1, x.shape[0])

@@ -13,6 +13,7 @@ from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
 from physident.effects.friction import SHARPEST, sign_of_velocity
 from physident.effects.learned.curve import LearnedCurve
+from physident.effects.thermal import NOTICEABLE_WARMING
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -152,6 +153,47 @@ class LearnedLoad(LearnedCurve):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return self._values(robot, signals, load)
+
+
+@dataclass(frozen=True)
+class LearnedTemperature(LearnedCurve):
+    """tau_j = f_j(T_j) sgn v_j: dry friction over the joint's measured temperature T in degC; f in N m.
+
+    Recordings need a temperature channel; of one without, or whose temperature hardly changes, a diagnosis does not try it.
+    """
+
+    name: ClassVar[str] = "learned_temperature"
+    label: ClassVar[str] = "friction that depends on temperature"
+    variable: ClassVar[Variable | None] = "temperature"
+    signature: ClassVar[str] = "friction that follows the temperature along a curve"
+    mistaken_for: ClassVar[str] = "warm_up: a straight line; record at more temperatures"
+    dry: ClassVar[bool] = True
+    needs_temperature: ClassVar[bool] = True
+    pieces: ClassVar[int] = 12
+    quantity_unit: ClassVar[str] = "degC"
+    dependence: ClassVar[str] = "the temperature and opposes the motion"
+    middle: ClassVar[tuple[float, float]] = (10.0, 50.0)
+    channel: ClassVar[str] = "a temperature channel, temperature_1.. [degC] (in a simulation: sensors with temperature)"
+
+    @classmethod
+    def is_shown(cls, signals: Sequence[Signals], joint: int) -> bool:
+        found = [one.temperature[:, joint] for one in signals if one.temperature is not None]
+        if len(found) < len(signals):
+            return False
+        return max(float(x.max()) for x in found) - min(float(x.min()) for x in found) > NOTICEABLE_WARMING
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return signals.temperature
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "temperature"
+
+    def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
+        return sign_of_velocity(signals, joints)
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str | None:
+        """None: temperature is no argument of the exported function."""
+        return None
 
 
 @dataclass(frozen=True)

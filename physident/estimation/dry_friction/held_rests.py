@@ -82,7 +82,8 @@ def _held(model: Model, signals: Signals) -> Signals:
         part = free.part(samples)
         looked_at = np.any([rests.mask(len(part.time)) for rests in part.rests or ()], axis=0) | (not pointwise)
         wanted, level = np.zeros(part.q.shape), np.zeros(part.q.shape)
-        wanted[looked_at], level[looked_at] = _wanted(model, part.at(looked_at) if pointwise else part)
+        if looked_at.any():
+            wanted[looked_at], level[looked_at] = _wanted(model, part.at(looked_at) if pointwise else part)
         for j, (rests, total) in enumerate(zip(pieces, sums, strict=True)):
             _add(total, rests, samples, wanted[:, j], np.abs(level[:, j]))
         release()
