@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from physident.recordings.rests import Rests, find_rests
+from physident.recordings.rests import Rests, fewest_samples, find_rests
 
 RATE = 125.0
 
@@ -14,6 +14,17 @@ def test_a_crossing_is_not_a_rest() -> None:
     time = np.arange(500) / RATE
     q, v = np.cos(2 * np.pi * 0.5 * time), -np.pi * np.sin(2 * np.pi * 0.5 * time)
     assert len(find_rests(q, v, 5e-5).start) == 0  # it turns back at 10 rad/s^2: 6e-4 rad within three samples
+
+
+def test_how_long_a_slow_reversal_counts_as_rest_does_not_depend_on_the_rate() -> None:
+    """A joint that turns back at 0.3 rad/s^2 under an encoder of 1e-4 rad: faster logs show no more of it in three samples."""
+    lengths = []
+    for rate in (125.0, 500.0, 1000.0, 4000.0):
+        time = np.arange(-1.0, 1.0, 1 / rate)
+        rests = find_rests(-0.15 * time**2, -0.3 * time, 1e-4, fewest_samples(rate, cutoff=5.0))
+        lengths.append(float((rests.stop - rests.start).sum()) / rate)
+    assert max(lengths) < 0.07
+    assert max(lengths) - min(lengths) < 0.02
 
 
 @pytest.mark.parametrize("step", [0.0, 5e-5, 1e-3])

@@ -13,7 +13,7 @@ from physident.large_arrays import blocks, empty, is_shared, joined_rows, releas
 from physident.processes import each
 from physident.recordings.motion_smoothing import encoder_step, estimate_noise, pieces_of, smooth_piece, velocity_std
 from physident.recordings.recording import Recording
-from physident.recordings.rests import Rests, find_rests
+from physident.recordings.rests import Rests, fewest_samples, find_rests
 from physident.recordings.rows import position_jumps, typical_step
 from physident.recordings.signals import Filter, Signals
 
@@ -75,10 +75,11 @@ def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, f
         release()
 
     each(smooth, pieces_of(len(clock)), shared=is_shared(q))
+    fewest = fewest_samples(rate, filter.cutoff)
     return Signals(
         clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff,
         velocity_std=np.array([velocity_std(rate, one) for one in noise]),
-        rests=tuple(find_rests(q[:, j], v[:, j], one.position_range) for j, one in enumerate(noise)),
+        rests=tuple(find_rests(q[:, j], v[:, j], one.position_range, fewest) for j, one in enumerate(noise)),
     )  # fmt: skip
 
 

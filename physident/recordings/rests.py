@@ -12,6 +12,12 @@ from physident.large_arrays import blocks
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 FEWEST = 3  # samples of a rest: two equal positions are a slow crossing as well
+SHORTEST = 1 / 8  # of the period of a filter's cutoff: rows show no shorter rest
+
+
+def fewest_samples(rate: float, cutoff: float) -> int:
+    """How many samples, an odd number, a rest lasts at least at a ``rate`` [Hz] and a filter's ``cutoff`` [Hz]."""
+    return max(FEWEST, 2 * int(SHORTEST * rate / cutoff / 2) + 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,13 +70,14 @@ class Rests:
         )
 
 
-def find_rests(q: Array, v: Array, position_range: float) -> Rests:
-    """The longest stretches of at least three samples in which positions (N,) [rad|m] of one joint stay within a range.
+def find_rests(q: Array, v: Array, position_range: float, fewest: int = FEWEST) -> Rests:
+    """The longest stretches in which positions (N,) [rad|m] of one joint stay within a range over any ``fewest`` samples.
 
-    ``position_range`` [rad|m] is that of the errors of positions; ``v`` (N,) are velocities [rad/s|m/s].
+    ``position_range`` [rad|m] is that of the errors of positions; ``v`` (N,) are velocities [rad/s|m/s]. The number of samples
+    is odd: over fewer, a joint that creeps towards its reversal leaves no step of its encoder either.
     """
-    half = FEWEST // 2
-    found = [_still(q, rows, position_range) for rows in blocks(len(q))]
+    half = fewest // 2
+    found = [_still(q, rows, position_range, half) for rows in blocks(len(q))]
     first, last = np.concatenate([one[0] for one in found]), np.concatenate([one[1] for one in found])
     apart = first[1:] - last[:-1] > 1  # a rest goes on across the seam of two blocks
     first, last = first[np.r_[True, apart]] if len(first) else first, last[np.r_[apart, True]] if len(last) else last
@@ -80,14 +87,13 @@ def find_rests(q: Array, v: Array, position_range: float) -> Rests:
     return Rests(start=start, stop=stop, before=before, after=after)
 
 
-def _still(q: Array, rows: slice, position_range: float) -> tuple[Index, Index]:
-    """First and last (K,) middle of three samples, in each run of middles among some rows, that stay within a range."""
+def _still(q: Array, rows: slice, position_range: float, half: int) -> tuple[Index, Index]:
+    """First and last (K,) middle of 2 ``half`` + 1 samples, in each run of middles among some rows, that stay within a range."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    half = FEWEST // 2
     around = slice(max(0, rows.start - half), min(len(q), rows.stop + half))
     some = q[around]
-    still = (maximum_filter1d(some, FEWEST) - minimum_filter1d(some, FEWEST)) <= position_range
+    still = (maximum_filter1d(some, 2 * half + 1) - minimum_filter1d(some, 2 * half + 1)) <= position_range
     inside = slice(max(rows.start, half) - around.start, min(rows.stop, len(q) - half) - around.start)
     centre = np.flatnonzero(still[inside]) + inside.start + around.start
     if not len(centre):
