@@ -181,7 +181,7 @@ def _evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) ->
     data = replace(hypothesis.data, candidates=(candidate,))
     if hypothesis.problem.is_friction_of_resting_joint(candidate):
         return 0.0
-    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, data.response[:, :, None])
+    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, products=hypothesis.products)
     if gains.visible[0] < VISIBLE:
         return 0.0
     return float(gains.evidence_without_best_fold[0, 0])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import Fit
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
+from physident.diagnosis.statistics.baseline_products import BaselineProducts, ResponseProducts, response_products
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 
 Array = NDArray[np.float64]
@@ -62,33 +63,50 @@ def evidence_of(before: Array, gain: Array, worth: Array) -> Array:
     return np.sum(worth[:, None] * np.log(np.maximum(before, 1e-300) / after), axis=-2)
 
 
-def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Array) -> LeftOutGains:
-    """What each candidate gains on left-out rows for responses (M, n, S).
+def left_out_gains(
+    data: SearchData,
+    baseline: Baseline,
+    fit: Fit,
+    responses: Array | ResponseProducts | None = None,
+    products: BaselineProducts | None = None,
+) -> LeftOutGains:
+    """What each candidate gains on left-out rows for responses (M, n, S), or their products with ``candidate_columns``; by default for
+    the data's own.
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
-    the gain is by how much the squared weighted residual inside the fold is smaller with it.
+    the gain is by how much the squared weighted residual inside the fold is smaller with it. ``products`` are those of data and baseline,
+    where they are known.
     """
-    labels = [int(f) for f in np.unique(data.fold) if f != OUTSIDE]
-    products = [_products(data, baseline, fit.weights, responses, data.fold == f) for f in labels]
-    sums = [_total(part) for part in products]
-    whole = _total(sums)
-    S, n = responses.shape[2], len(fit.weights)
-    before = np.zeros((len(labels), n, S))
-    gain = np.zeros((len(data.candidates), len(labels), n, S))
-    relief = np.zeros((len(data.candidates), len(labels), S))
-    for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
-        before[at], gain[:, at], relief[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
+    products = BaselineProducts(data, baseline) if products is None else products
+    columns = candidate_columns(data)
+    groups = [np.searchsorted(columns, group.columns) for group in data.groups]
+    folds = _folds(products, columns, [group.columns for group in data.groups], fit.weights, responses)
+    whole = _total([_total(part) for part in folds])
+    S = folds[0][0].yy.shape[-1]
+    n = len(fit.weights)
+    before = np.zeros((len(folds), n, S))
+    gain = np.zeros((len(data.candidates), len(folds), n, S))
+    relief = np.zeros((len(data.candidates), len(folds), S))
+    for at, part in enumerate(folds):
+        before[at], gain[:, at], relief[:, at] = _left_out(data, groups, whole - _total(part), part, baseline.prior)
     rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOutGains(before, gain, relief, rows / fit.memory, _visible_shares(data, baseline, whole))
+    return LeftOutGains(before, gain, relief, rows / fit.memory, _visible_shares(data, groups, baseline, whole))
 
 
-def _visible_shares(data: SearchData, baseline: Baseline, products: _Products) -> Array:
+def candidate_columns(data: SearchData) -> NDArray[np.intp]:
+    """The data's columns (P,) that belong to any candidate, in order."""
+    return np.unique([column for c in data.candidates for option in c.options for column in option.columns]).astype(np.intp)
+
+
+def _visible_shares(
+    data: SearchData, groups: Sequence[NDArray[np.intp]], baseline: Baseline, products: _Products
+) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
     Z = pseudo_inverse(products.BB + np.diag(baseline.prior)) @ products.BC
     result = np.zeros(len(data.candidates))
-    for group, inner in zip(data.groups, products.CC, strict=True):
+    for group, c, inner in zip(data.groups, groups, products.CC, strict=True):
         size = np.trace(inner, axis1=1, axis2=2)
-        outside = size - np.einsum("rok,rok->o", products.BC[:, group.columns], Z[:, group.columns])
+        outside = size - np.einsum("rok,rok->o", products.BC[:, c], Z[:, c])
         np.maximum.at(result, group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
     return result
 
@@ -105,50 +123,51 @@ class _Products:
     yy: Array
     CC: tuple[Array, ...]
 
-    def __add__(self, other: _Products) -> _Products:
-        return self._with(other, 1.0)
-
     def __sub__(self, other: _Products) -> _Products:
-        return self._with(other, -1.0)
-
-    def _with(self, other: _Products, sign: float) -> _Products:
         return _Products(
-            self.BB + sign * other.BB, self.BC + sign * other.BC, self.By + sign * other.By, self.Cy + sign * other.Cy,
-            self.yy + sign * other.yy, tuple(a + sign * b for a, b in zip(self.CC, other.CC, strict=True)),
+            self.BB - other.BB, self.BC - other.BC, self.By - other.By, self.Cy - other.Cy,
+            self.yy - other.yy, tuple(a - b for a, b in zip(self.CC, other.CC, strict=True)),
         )  # fmt: skip
 
 
-def _products(
-    data: SearchData, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
-) -> list[_Products]:
-    """The products of each joint's rows."""
-    R, P, S = len(baseline.prior), len(data.regressor.columns), responses.shape[2]
-    result = []
-    for j, (part, w) in enumerate(zip(data.regressor.joints, weights, strict=True)):
-        B, C, y = w * baseline.joints[j][rows], w * part.values[rows], w * responses[rows, j]
-        BC, Cy = np.zeros((R, P)), np.zeros((P, S))
-        BC[:, part.columns], Cy[part.columns] = B.T @ C, C.T @ y
-        padded = np.column_stack([C, np.zeros(len(C))]).T
-        CC = []
-        for group in data.groups:
-            options, at = group.joints[j]
-            inner = np.zeros((len(group.owner), group.columns.shape[1], group.columns.shape[1]))
-            values = padded[at]  # (O, k, M)
-            inner[options] = values @ values.transpose(0, 2, 1)
-            CC.append(inner)
-        result.append(_Products(B.T @ B, BC, B.T @ y, Cy, np.einsum("ms,ms->s", y, y), tuple(CC)))
-    return result
+def _folds(
+    products: BaselineProducts,
+    columns: NDArray[np.intp],
+    options: Sequence[NDArray[np.intp]],
+    weights: Array,
+    responses: Array | ResponseProducts | None,
+) -> list[list[_Products]]:
+    """The products of each joint's rows over each fold."""
+    if responses is None:
+        By, Cy, yy = products.By[..., None], products.Cy(columns)[..., None], products.yy[..., None]
+    else:
+        given = responses if isinstance(responses, ResponseProducts) else response_products(products, responses, columns)
+        By, Cy, yy = given.By, given.Cy, given.yy
+    BB, BC, CC = products.BB, products.BC(columns), [products.CC(one) for one in options]
+    return [
+        [
+            _Products(
+                w2 * BB[f, j], w2 * BC[f, j], w2 * By[f, j], w2 * Cy[f, j], w2 * yy[f, j], tuple(w2 * one[f, j] for one in CC)
+            )
+            for j, w2 in enumerate(weights**2)
+        ]
+        for f in products.own.inside
+    ]
 
 
 def _total(products: Sequence[_Products]) -> _Products:
-    whole = products[0]
-    for one in products[1:]:
-        whole = whole + one
-    return whole
+    return _Products(
+        *(np.sum([getattr(one, name) for one in products], axis=0) for name in ("BB", "BC", "By", "Cy", "yy")),
+        tuple(np.sum(parts, axis=0) for parts in zip(*(one.CC for one in products), strict=True)),
+    )
 
 
 def _left_out(
-    data: SearchData, train: _Products, test: Sequence[_Products], prior: Array
+    data: SearchData,
+    groups: Sequence[NDArray[np.intp]],
+    train: _Products,
+    test: Sequence[_Products],
+    prior: Array,
 ) -> tuple[Array, Array, Array]:
     """Costs (n, S) of the baseline on one fold by joint, gains (candidates, n, S) of what the other folds decide, and by how much
     (candidates, S) their baseline contradicts its prior less with each candidate."""
@@ -165,8 +184,7 @@ def _left_out(
     contradicted = prior[:, None] * x
     best = np.full((len(data.candidates), S), -np.inf)
     every = np.arange(S)
-    for k, group in enumerate(data.groups):
-        c = group.columns
+    for k, (group, c) in enumerate(zip(data.groups, groups, strict=True)):
         Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
         cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
         root = whitening(train.CC[k], train.CC[k] - cross + group.prior_normal)

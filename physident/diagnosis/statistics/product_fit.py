@@ -65,9 +65,8 @@ class ProductFit:
             if (after >= SETTLED * sigma).all():
                 break
             sigma = np.minimum(after, sigma)
-        empty = np.zeros((0, len(self.rows)))
         return Fit(
-            x=x, residual=empty, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal
+            x=x, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal, rows=0
         )
 
     @cached_property
