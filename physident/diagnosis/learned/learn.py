@@ -17,12 +17,12 @@ from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.result.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
-from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_responses
+from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_pieces
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT, effect_threshold
-from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.left_out_gains import Judge, left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
@@ -175,10 +175,10 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
         return None
     every = [*candidates, *pool.placebo_candidates(now)]
     data = replace(now.data, candidates=tuple(every))
-    responses = np.concatenate([data.response[:, :, None], surrogate_responses(now)], axis=2)
-    gains = left_out_gains(data, now.baseline, now.fit, responses)
-    stable = gains.evidence_without_best_fold
-    level = max(threshold, effect_threshold(stable[:, 1:], gains.visible))
+    judge = Judge(data, now.baseline, now.fit, now.products)
+    gains, stable = judge.gains(), judge.gains().evidence_without_best_fold
+    drawn = [judge.gains(judge.products_with(part)).evidence_without_best_fold for part in surrogate_pieces(now)]
+    level = max(threshold, effect_threshold(np.concatenate(drawn, axis=1), gains.visible))
     for index in np.argsort(-gains.evidence[:, 0]):
         candidate = every[int(index)]
         if gains.visible[index] < VISIBLE or stable[index, 0] <= level:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -11,14 +12,13 @@ from numpy.typing import NDArray
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
-from physident.diagnosis.statistics.baseline_products import response_products
-from physident.diagnosis.statistics.left_out_gains import LeftOutGains, candidate_columns, left_out_gains
+from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, left_out_gains
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
 from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
-AT_ONCE = 1 << 25  # bytes of surrogates that are judged together
+AT_ONCE = 1 << 24  # bytes of surrogates that are judged together
 ROWS = 1 << 13  # of them that are worked on at once
 
 
@@ -63,14 +63,14 @@ def rescore_candidates(hypothesis: Hypothesis, before: CandidateScores) -> Candi
 def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     """Score every candidate beside a hypothesis, and surrogates of its residual in the same way."""
     data, products = hypothesis.data, hypothesis.products
-    own = left_out_gains(data, hypothesis.baseline, hypothesis.fit, products=products)
+    judge = Judge(data, hypothesis.baseline, hypothesis.fit, products)
+    own = judge.gains()
     visible = _visible(hypothesis, own)
     contact = scan_contacts(hypothesis, data.response[:, :, None], products.By[..., None])
     chance, pushes, weaker = [], [], []
     for responses in surrogate_pieces(hypothesis):
-        drawn = response_products(products, responses, candidate_columns(data))
-        scores = left_out_gains(data, hypothesis.baseline, hypothesis.fit, drawn, products)
-        chance.append(scores.evidence_without_best_fold)
+        drawn = judge.products_with(responses)
+        chance.append(judge.gains(drawn).evidence_without_best_fold)
         scan = scan_contacts(hypothesis, responses, drawn.By)
         pushes.append(scan.evidence)
         weaker.append(scan.evidence_without_best_joint)
@@ -107,7 +107,8 @@ def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
     if len(known):
         x[known] = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
     residual, segment, counted = now.residual / now.deflation, hypothesis.data.regressor.segment, hypothesis.data.regressor.counted
-    for some in blocks(SURROGATES, max(1, AT_ONCE // residual.nbytes)):
+    pieces = math.ceil(SURROGATES * residual.nbytes / AT_ONCE)
+    for some in blocks(SURROGATES, math.ceil(SURROGATES / pieces)):
         noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)
         for rows in blocks(len(noise), ROWS):
             if len(known):

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.baseline_fit import Fit
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
 from physident.diagnosis.statistics.baseline_products import BaselineProducts, ResponseProducts, response_products
-from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.split import Class, Split, WeightedProducts, WeightedResponses
 
 Array = NDArray[np.float64]
 
@@ -67,142 +68,80 @@ def left_out_gains(
     data: SearchData,
     baseline: Baseline,
     fit: Fit,
-    responses: Array | ResponseProducts | None = None,
+    responses: Array | None = None,
     products: BaselineProducts | None = None,
 ) -> LeftOutGains:
-    """What each candidate gains on left-out rows for responses (M, n, S), or their products with ``candidate_columns``; by default for
-    the data's own.
+    """What each candidate gains on left-out rows for responses (M, n, S), by default the data's own.
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
-    the gain is by how much the squared weighted residual inside the fold is smaller with it. ``products`` are those of data and baseline,
-    where they are known.
+    the gain is by how much the squared weighted residual inside the fold is smaller with it. ``products`` are those of data and
+    baseline, where they are known.
     """
-    products = BaselineProducts(data, baseline) if products is None else products
-    columns = candidate_columns(data)
-    groups = [np.searchsorted(columns, group.columns) for group in data.groups]
-    folds = _folds(products, columns, [group.columns for group in data.groups], fit.weights, responses)
-    whole = _total([_total(part) for part in folds])
-    S = folds[0][0].yy.shape[-1]
-    n = len(fit.weights)
-    before = np.zeros((len(folds), n, S))
-    gain = np.zeros((len(data.candidates), len(folds), n, S))
-    relief = np.zeros((len(data.candidates), len(folds), S))
-    for at, part in enumerate(folds):
-        before[at], gain[:, at], relief[:, at] = _left_out(data, groups, whole - _total(part), part, baseline.prior)
-    rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOutGains(before, gain, relief, rows / fit.memory, _visible_shares(data, groups, baseline, whole))
+    judge = Judge(data, baseline, fit, products)
+    return judge.gains(None if responses is None else judge.products_with(responses))
 
 
-def candidate_columns(data: SearchData) -> NDArray[np.intp]:
-    """The data's columns (P,) that belong to any candidate, in order."""
-    return np.unique([column for c in data.candidates for option in c.options for column in option.columns]).astype(np.intp)
+class Judge:
+    """Judges candidates beside a fitted baseline by any responses; what does not depend on these is computed once."""
+
+    def __init__(
+        self, data: SearchData, baseline: Baseline, fit: Fit, products: BaselineProducts | None = None
+    ) -> None:
+        self.data, self.baseline, self.fit = data, baseline, fit
+        self.products = BaselineProducts(data, baseline) if products is None else products
+        every = [column for c in data.candidates for option in c.options for column in option.columns]
+        self.columns = np.unique(every).astype(np.intp)
+        self.classes = [Class(group, np.searchsorted(self.columns, group.columns)) for group in data.groups]
+        inside, squares = self.products.own.inside, fit.weights**2
+        BB, BC = self.products.BB[inside], self.products.BC(self.columns)[inside]
+        CC = [self.products.CC(group.columns)[inside] for group in data.groups]
+        for part in (BC, *CC):  # scaled in place: there are many candidates
+            part *= squares.reshape(1, -1, *[1] * (part.ndim - 2))
+        BB = BB * squares[:, None, None]
+        sums = [part.sum(axis=1) for part in (BB, BC, *CC)]
+        whole = [part.sum(axis=0) for part in sums]
+        self.splits = []
+        for f in range(len(inside)):
+            train = [total - part[f] for total, part in zip(whole, sums, strict=True)]
+            test = [
+                WeightedProducts(BB[f, j], BC[f, j], tuple(one[f, j] for one in CC)) for j in range(len(squares))
+            ]
+            rest = WeightedProducts(train[0], train[1], tuple(train[2:]))
+            self.splits.append(Split(self.classes, rest, test, baseline.prior))
+        self.visible = _visible_shares(len(data.candidates), self.classes, baseline, whole)
+
+    def products_with(self, responses: Array) -> ResponseProducts:
+        """The products of responses (M, n, S) that ``gains`` needs."""
+        return response_products(self.products, responses, self.columns)
+
+    def gains(self, responses: ResponseProducts | None = None) -> LeftOutGains:
+        """What each candidate gains for responses, by default for the data's own."""
+        own, data = self.products, self.data
+        if responses is None:
+            By, Cy, yy = own.By[..., None], own.Cy(self.columns)[..., None], own.yy[..., None]
+        else:
+            By, Cy, yy = responses.By, responses.Cy, responses.yy
+        inside, squares = own.own.inside, self.fit.weights**2
+        sums = [np.tensordot(squares, part[inside], (0, 1)) for part in (By, Cy, yy)]
+        whole = [part.sum(axis=0) for part in sums]
+        F, n, S = len(inside), len(squares), yy.shape[-1]
+        before, gain = np.zeros((F, n, S)), np.zeros((len(data.candidates), F, n, S))
+        relief = np.zeros((len(data.candidates), F, S))
+        for at, (f, split) in enumerate(zip(inside, self.splits, strict=True)):
+            train = WeightedResponses(*(total - part[at] for total, part in zip(whole, sums, strict=True)))
+            test = [WeightedResponses(w2 * By[f, j], w2 * Cy[f, j], w2 * yy[f, j]) for j, w2 in enumerate(squares)]
+            before[at], gain[:, at], relief[:, at] = split.judge(train, test, len(data.candidates))
+        rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
+        return LeftOutGains(before, gain, relief, rows / self.fit.memory, self.visible)
 
 
-def _visible_shares(
-    data: SearchData, groups: Sequence[NDArray[np.intp]], baseline: Baseline, products: _Products
-) -> Array:
+def _visible_shares(count: int, classes: Sequence[Class], baseline: Baseline, whole: Sequence[Array]) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
-    Z = pseudo_inverse(products.BB + np.diag(baseline.prior)) @ products.BC
-    result = np.zeros(len(data.candidates))
-    for group, c, inner in zip(data.groups, groups, products.CC, strict=True):
+    BB, BC, *CC = whole
+    Z = pseudo_inverse(BB + np.diag(baseline.prior)) @ BC
+    result = np.zeros(count)
+    for one, inner in zip(classes, CC, strict=True):
         size = np.trace(inner, axis1=1, axis2=2)
-        outside = size - np.einsum("rok,rok->o", products.BC[:, c], Z[:, c])
-        np.maximum.at(result, group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
+        outside = size - np.einsum("rok,rok->o", BC[:, one.columns], Z[:, one.columns])
+        np.maximum.at(result, one.group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
     return result
-
-
-@dataclass(frozen=True, eq=False)
-class _Products:
-    """Products over some rows: baseline BB (R, R), with candidates BC (R, P), with responses By (R, S), Cy (P, S), yy (S,),
-    and those of each option's own columns, a (O, k, k) for each class."""
-
-    BB: Array
-    BC: Array
-    By: Array
-    Cy: Array
-    yy: Array
-    CC: tuple[Array, ...]
-
-    def __sub__(self, other: _Products) -> _Products:
-        return _Products(
-            self.BB - other.BB, self.BC - other.BC, self.By - other.By, self.Cy - other.Cy,
-            self.yy - other.yy, tuple(a - b for a, b in zip(self.CC, other.CC, strict=True)),
-        )  # fmt: skip
-
-
-def _folds(
-    products: BaselineProducts,
-    columns: NDArray[np.intp],
-    options: Sequence[NDArray[np.intp]],
-    weights: Array,
-    responses: Array | ResponseProducts | None,
-) -> list[list[_Products]]:
-    """The products of each joint's rows over each fold."""
-    if responses is None:
-        By, Cy, yy = products.By[..., None], products.Cy(columns)[..., None], products.yy[..., None]
-    else:
-        given = responses if isinstance(responses, ResponseProducts) else response_products(products, responses, columns)
-        By, Cy, yy = given.By, given.Cy, given.yy
-    BB, BC, CC = products.BB, products.BC(columns), [products.CC(one) for one in options]
-    return [
-        [
-            _Products(
-                w2 * BB[f, j], w2 * BC[f, j], w2 * By[f, j], w2 * Cy[f, j], w2 * yy[f, j], tuple(w2 * one[f, j] for one in CC)
-            )
-            for j, w2 in enumerate(weights**2)
-        ]
-        for f in products.own.inside
-    ]
-
-
-def _total(products: Sequence[_Products]) -> _Products:
-    return _Products(
-        *(np.sum([getattr(one, name) for one in products], axis=0) for name in ("BB", "BC", "By", "Cy", "yy")),
-        tuple(np.sum(parts, axis=0) for parts in zip(*(one.CC for one in products), strict=True)),
-    )
-
-
-def _left_out(
-    data: SearchData,
-    groups: Sequence[NDArray[np.intp]],
-    train: _Products,
-    test: Sequence[_Products],
-    prior: Array,
-) -> tuple[Array, Array, Array]:
-    """Costs (n, S) of the baseline on one fold by joint, gains (candidates, n, S) of what the other folds decide, and by how much
-    (candidates, S) their baseline contradicts its prior less with each candidate."""
-    inverse = pseudo_inverse(train.BB + np.diag(prior))
-    Z, x = inverse @ train.BC, inverse @ train.By
-    slope = train.Cy - train.BC.T @ x
-    moved, through = [], []
-    for part in test:
-        moved.append(part.Cy - part.BC.T @ x - Z.T @ (part.By - part.BB @ x))
-        through.append(0.5 * (part.BB @ Z) - part.BC)
-    n, S = len(test), slope.shape[1]
-    before = np.array([part.yy - 2 * np.sum(x * part.By, axis=0) + np.sum(x * (part.BB @ x), axis=0) for part in test])
-    result, relief = np.zeros((len(data.candidates), n, S)), np.zeros((len(data.candidates), S))
-    contradicted = prior[:, None] * x
-    best = np.full((len(data.candidates), S), -np.inf)
-    every = np.arange(S)
-    for k, (group, c) in enumerate(zip(data.groups, groups, strict=True)):
-        Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
-        cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
-        root = whitening(train.CC[k], train.CC[k] - cross + group.prior_normal)
-        theta = root @ (root.transpose(0, 2, 1) @ slope[c])
-        seen = np.einsum("oks,oks->os", theta, slope[c])
-        gain = np.empty((n, *seen.shape))
-        for j, part in enumerate(test):
-            half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
-            apart = part.CC[k] + half + half.transpose(0, 2, 1)
-            gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
-        pulled = Zc @ contradicted  # (O, k, S)
-        held = Zc @ (prior[:, None] * np.swapaxes(Zc, 1, 2))
-        eased = 2 * np.einsum("oks,oks->os", theta, pulled) - np.einsum("oks,oks->os", theta, held @ theta)
-        for candidate in np.unique(group.owner):
-            mine = np.flatnonzero(group.owner == candidate)
-            top = mine[np.argmax(seen[mine], axis=0)]
-            better = seen[top, every] > best[candidate]
-            best[candidate] = np.where(better, seen[top, every], best[candidate])
-            result[candidate] = np.where(better, gain[:, top, every], result[candidate])
-            relief[candidate] = np.where(better, eased[top, every], relief[candidate])
-    return before, result, relief
