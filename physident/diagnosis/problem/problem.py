@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.baseline_fit import fit_baseline, fit_with_all_candidates
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option, candidate_effects, with_placebos
 from physident.diagnosis.problem.columns import Columns
+from physident.diagnosis.problem.effect_columns import effect_columns
 from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.ordinary_model import ordinary_model
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
+from physident.dynamics.column_structure import KeptRows, kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.catalogue import DEFAULT_EFFECTS
@@ -124,10 +126,18 @@ class DiagnosisProblem:
 
     def fresh_columns(self, effect: Effect, model: Model) -> Columns:
         """The same for an effect that is tried once."""
-        regressor = build_regressor(model.robot, [effect], self.referred(model), self.filter)
-        scale = self.weights * self.regressor.counted
-        joints = [(rows.columns, rows.values * scale[:, j : j + 1]) for j, rows in enumerate(regressor.joints)]
-        return Columns(len(regressor.columns), len(regressor.time), tuple(joints))
+        signals = self.referred(model) if effect.needs_model else self.signals
+        return effect_columns(model.robot, effect, signals, self.kept_rows, self.filter, self.scale)
+
+    @cached_property
+    def scale(self) -> Array:
+        """By what an effect's rows (M, n) are multiplied: their weights, zero where they are not counted."""
+        return self.weights * self.regressor.counted
+
+    @cached_property
+    def kept_rows(self) -> list[list[KeptRows]]:
+        """The rows of each segment of each recording."""
+        return [kept_rows(self.model.robot, one, self.filter, moving_only=True) for one in self.signals]
 
     @cached_property
     def jacobians(self) -> Array:
@@ -139,7 +149,7 @@ class DiagnosisProblem:
             for some in row_slices([rows]):
                 at = np.clip(np.searchsorted(signals.time, regressor.time[some]), 0, len(signals.time) - 1)
                 result[some] = tool_jacobian(self.model.robot, signals.q[at])
-        return result * (self.weights * regressor.counted)[:, None, :]
+        return result * self.scale[:, None, :]
 
     def referred(self, model: Model) -> list[Signals]:
         """The signals with the torques that a model predicts for them; those of the latest models are kept."""

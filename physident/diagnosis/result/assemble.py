@@ -120,7 +120,9 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: 
     indices = [j - 1 for j in joints] or list(range(len(weights)))
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
-    prior = np.concatenate([np.full(len(a.effect.columns(hypothesis.problem.model.robot)), prior_precision(a.effect)) for a in group])
+    prior = np.concatenate(
+        [np.full(len(a.effect.columns(hypothesis.problem.model.robot)), prior_precision(a.effect)) for a in group]
+    )
     before, after = (
         (weights**2 * squares)[:, indices]
         for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))

@@ -104,7 +104,9 @@ def _stationarity(hypothesis: Hypothesis) -> float:
     """The largest gradient left, over the size of its terms."""
     fit, baseline = hypothesis.fit, hypothesis.baseline
     equations = hypothesis.products.equations
-    pull = np.tensordot(fit.weights**2, equations.slopes, 1) - np.tensordot(fit.weights**2, equations.squares, 1) @ fit.x
+    pull = (
+        np.tensordot(fit.weights**2, equations.slopes, 1) - np.tensordot(fit.weights**2, equations.squares, 1) @ fit.x
+    )
     gradient = pull - baseline.prior * fit.x
     size = np.sqrt(np.maximum(np.diag(fit.normal), 1e-300)) * np.linalg.norm(fit.residual * fit.weights)
     return float(np.max(np.abs(gradient) / np.maximum(size, 1e-300), initial=0.0))

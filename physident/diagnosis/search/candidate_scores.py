@@ -106,7 +106,11 @@ def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
     x = np.zeros((len(hypothesis.baseline.prior), SURROGATES))
     if len(known):
         x[known] = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
-    residual, segment, counted = now.residual / now.deflation, hypothesis.data.regressor.segment, hypothesis.data.regressor.counted
+    residual, segment, counted = (
+        now.residual / now.deflation,
+        hypothesis.data.regressor.segment,
+        hypothesis.data.regressor.counted,
+    )
     pieces = math.ceil(SURROGATES * residual.nbytes / AT_ONCE)
     for some in blocks(SURROGATES, math.ceil(SURROGATES / pieces)):
         noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)

@@ -46,7 +46,7 @@ def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
         return replace(best, **{shape.field: (value,)})
 
     def loss(logarithm: float) -> float:
-        return -evaluator.gain(hypothesis.problem.fresh_columns(at_value(float(np.exp(logarithm))), hypothesis.model))
+        return -evaluator.gain(hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model))
 
     bounds = (np.log(low), np.log(high))
     answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})
@@ -68,7 +68,7 @@ class GainEvaluator:
         """By how much the squared weighted residual falls with each of some options (O,) of the data's columns (O, k)."""
         at = np.array(options, dtype=np.intp)
         inner, cross, slope = (
-            np.tensordot(self.squares, part.sum(axis=0), 1)
+            np.asarray(np.tensordot(self.squares, part.sum(axis=0), 1), dtype=float)
             for part in (self.products.CC(at), self.products.BC(at.ravel()), self.products.Cy(at.ravel()))
         )
         return self._of(inner, cross.reshape(-1, *at.shape), slope.reshape(at.shape))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.baseline_fit import NormalEquations
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.search_data import Baseline, SearchData
-from physident.diagnosis.statistics.row_products import DataProducts, products_of
+from physident.diagnosis.statistics.row_products import products_of
 
 Array = NDArray[np.float64]
 
@@ -90,8 +90,8 @@ class BaselineProducts:
 
     def CC(self, options: NDArray[np.intp]) -> Array:
         """The columns (O, k) of each of some options with each other (F, n, O, k, k)."""
-        O, k = options.shape
-        result = np.zeros((len(self.own.labels), self.n, O, k, k))
+        count, k = options.shape
+        result = np.zeros((len(self.own.labels), self.n, count, k, k))
         for j, folds in enumerate(self.own.folds):
             at = self.own.place[j][options]
             here = (at >= 0)[:, :, None] & (at >= 0)[:, None, :]
@@ -148,7 +148,7 @@ class BaselineProducts:
         for j, (places, values) in enumerate(columns.joints):
             if not len(places):
                 continue
-            used, r = own.used[j], self.baseline.joints[j].shape[1]
+            r = self.baseline.joints[j].shape[1]
             for some in own.each_block():
                 C = values[some]
                 inner[j][np.ix_(places, places)] += C.T @ C

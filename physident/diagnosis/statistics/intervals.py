@@ -44,7 +44,9 @@ def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
         part = square * joint.products[own.blocks]
         normals[:, joint.places[:, None], joint.places] += part[:, :-1, :-1]
         known = joint.places < R
-        scores[:, joint.places] += part[:, :-1, -1] - part[:, :-1, :-1][:, :, known] @ hypothesis.fit.x[joint.places[known]]
+        scores[:, joint.places] += (
+            part[:, :-1, -1] - part[:, :-1, :-1][:, :, known] @ hypothesis.fit.x[joint.places[known]]
+        )
     prior = np.diag(baseline.prior)
     H = normals.sum(axis=0) + prior
     moved = np.array([pseudo_inverse(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])

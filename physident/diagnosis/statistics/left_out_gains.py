@@ -103,9 +103,7 @@ class Judge:
         self.splits = []
         for f in range(len(inside)):
             train = [total - part[f] for total, part in zip(whole, sums, strict=True)]
-            test = [
-                WeightedProducts(BB[f, j], BC[f, j], tuple(one[f, j] for one in CC)) for j in range(len(squares))
-            ]
+            test = [WeightedProducts(BB[f, j], BC[f, j], tuple(one[f, j] for one in CC)) for j in range(len(squares))]
             rest = WeightedProducts(train[0], train[1], tuple(train[2:]))
             self.splits.append(Split(self.classes, rest, test, baseline.prior))
         self.visible = _visible_shares(len(data.candidates), self.classes, baseline, whole)

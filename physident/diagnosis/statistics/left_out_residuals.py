@@ -96,7 +96,7 @@ class LeftOutFits:
         """For each fold the option of the largest gain outside it, None where nothing gains, from products (f, O, k, k), (f, R, O, k) and
         (f, O, k) over the folds and the prior precision (O, k)."""
         result: list[_Taken | None] = []
-        totals, (O, k) = [part.sum(axis=0) for part in (CC, BC, Cy)], prior.shape
+        totals, k = [part.sum(axis=0) for part in (CC, BC, Cy)], prior.shape[1]
         for f, (inverse, x) in enumerate(zip(self.inverse, self.x, strict=True)):
             inner, cross, slope = (total - part[f] for total, part in zip(totals, (CC, BC, Cy), strict=True))
             slope = slope - np.einsum("rok,r->ok", cross, x)
@@ -136,9 +136,7 @@ class LeftOutFits:
         own, result = self.products.own, []
         for j, cross in enumerate(own.cross(columns)):
             r = len(own.used[j])
-            extra = [
-                own.between(columns, one)[j] for one in self.baseline.extra if len(one.joints[j][0])
-            ]
+            extra = [own.between(columns, one)[j] for one in self.baseline.extra if len(one.joints[j][0])]
             parts = [cross[:, :, :r], *extra, cross[:, :, -1:]]
             result.append((columns.joints[j][0], np.concatenate(parts, axis=2).transpose(0, 2, 1)))
         return result

@@ -118,7 +118,10 @@ class DataProducts:
         """Products (U, c, K) of an effect's columns in each joint with the joint's own columns."""
         key = (self.token,)
         if key not in columns.products:
-            result = [np.zeros((len(self.fold_of_unit), len(p), self.units[j].shape[2])) for j, (p, _) in enumerate(columns.joints)]
+            result = [
+                np.zeros((len(self.fold_of_unit), len(p), self.units[j].shape[2]))
+                for j, (p, _) in enumerate(columns.joints)
+            ]
             for j, (places, values) in enumerate(columns.joints):
                 if len(places):
                     for part in self.each_part():
@@ -170,9 +173,7 @@ def _parts(data: SearchData) -> tuple[list[Part], NDArray[np.intp]]:
         label, fold = int(labels[start]), int(data.fold[start])
         unit = count if label == OUTSIDE else label
         fold_of_unit[unit] = fold
-        parts += [
-            Part(slice(at, min(at + ROWS, int(stop))), unit, fold) for at in range(int(start), int(stop), ROWS)
-        ]
+        parts += [Part(slice(at, min(at + ROWS, int(stop))), unit, fold) for at in range(int(start), int(stop), ROWS)]
     return parts, fold_of_unit
 
 

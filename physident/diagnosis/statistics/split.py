@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -76,7 +76,9 @@ class Split:
             cross = Zc @ np.moveaxis(train.BC[:, one.columns], 0, 1)
             self.roots.append(whitening(inner, inner - cross + one.group.prior_normal))
 
-    def judge(self, train: WeightedResponses, test: Sequence[WeightedResponses], count: int) -> tuple[Array, Array, Array]:
+    def judge(
+        self, train: WeightedResponses, test: Sequence[WeightedResponses], count: int
+    ) -> tuple[Array, Array, Array]:
         """Costs (n, S) of the baseline on the fold by joint, gains (count, n, S) of the candidates there, and by how much (count, S)
         their baseline contradicts its prior less."""
         x = self.inverse @ train.By
@@ -117,7 +119,7 @@ class Split:
         """The power (C, S) of the chosen options in a joint's rows of the fold, the baseline refitted."""
         return self._quadratic(k, tops, theta, lambda some: self._apart(k, j, some))
 
-    def _apart(self, k: int, j: int, some: NDArray[np.intp] | slice) -> Array:
+    def _apart(self, k: int, j: int, some: NDArray[np.intp]) -> Array:
         one, own = self.classes[k], self.test[j]
         Zc, c = self._Zc(one, some), one.columns[some]
         half = Zc @ (0.5 * (own.BB @ Zc.transpose(0, 2, 1)) - np.moveaxis(own.BC[:, c], 0, 1))
@@ -126,14 +128,16 @@ class Split:
     def _relief(self, k: int, tops: NDArray[np.intp], theta: Array, contradicted: Array) -> Array:
         one = self.classes[k]
 
-        def held(some: NDArray[np.intp] | slice) -> Array:
+        def held(some: NDArray[np.intp]) -> Array:
             Zc = self._Zc(one, some)
             return Zc @ (self.prior[:, None] * Zc.transpose(0, 2, 1))
 
         pulled = _at(self.Z.T @ contradicted, one.columns, tops)
         return 2 * np.sum(theta * pulled, axis=1) - self._quadratic(k, tops, theta, held)
 
-    def _quadratic(self, k: int, tops: NDArray[np.intp], theta: Array, matrices) -> Array:  # noqa: ANN001
+    def _quadratic(
+        self, k: int, tops: NDArray[np.intp], theta: Array, matrices: Callable[[NDArray[np.intp]], Array]
+    ) -> Array:
         """theta^T A theta (C, S) of the chosen options, whose matrices A (o, k, k) are computed for some of them."""
         if self.classes[k].single or tops.shape[1] == 1:
             return np.sum(theta * (matrices(tops[:, 0]) @ theta), axis=1)

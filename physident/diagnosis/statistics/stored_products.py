@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search.contact_scan import CONTACT
@@ -19,6 +20,24 @@ Array = NDArray[np.float64]
 Key = tuple[str, tuple[int, ...]]
 ROWS = 1 << 13  # worked on at once
 MAX_UNITS = 32  # more would cost memory; each is then several blocks
+
+
+@dataclass(frozen=True, eq=False)
+class OptionClass:
+    """The options of candidates that have as many columns: the candidates' ``keys``, the ``effects``, their ``columns`` (O, k) and the
+    prior precision of their values ``prior`` (O,)."""
+
+    keys: tuple[Key, ...]
+    effects: tuple[Effect, ...]
+    columns: NDArray[np.intp]
+    prior: Array
+
+    def best(self, values: Array) -> list[int]:
+        """The option of the largest of some values (O,) for each candidate, the first of equal ones."""
+        top: dict[Key, int] = {}
+        for option in np.argsort(-values, kind="stable").tolist():
+            top.setdefault(self.keys[option], option)
+        return list(top.values())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,6 +61,23 @@ class StoredProducts:
     def units(self) -> int:
         """Number of units, no two of which share a block."""
         return len(self.worth)
+
+    @cached_property
+    def classes(self) -> list[OptionClass]:
+        """The options of all candidates, by their number of columns."""
+        groups: dict[int, list[tuple[Key, Effect, NDArray[np.intp]]]] = {}
+        for key, options in self.options.items():
+            for effect, columns in options:
+                groups.setdefault(len(columns), []).append((key, effect, columns))
+        return [
+            OptionClass(
+                keys=tuple(key for key, _, _ in group),
+                effects=tuple(effect for _, effect, _ in group),
+                columns=np.array([columns for _, _, columns in group]),
+                prior=np.array([prior_precision(effect) for _, effect, _ in group]),
+            )
+            for group in groups.values()
+        ]
 
     def over(self, units: Sequence[int] | NDArray[np.intp]) -> Products:
         """The products over some units."""
