@@ -16,11 +16,10 @@ from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.weighting import weight_rows
-from physident.large_arrays import blocks, empty
+from physident.large_arrays import empty, steps
 
 Array = NDArray[np.float64]
 AMPLITUDES = (1.0, 6.0, 36.0, 216.0)  # times what a joint leaves: of a drift, of a bend, of a bump, of many waves
-ROWS = 1 << 13  # worked on at once
 PLACEBO = "placebo_curve"
 
 
@@ -103,7 +102,7 @@ class CurvePool:
             kept = np.where(rows.columns < first, rows.columns, rows.columns + len(wanted))
             columns = np.concatenate([kept, [place[int(more.columns[k])] for k in taken]]).astype(np.intp)
             values = empty((len(columns), len(target.time))).T
-            for some in blocks(len(values), ROWS):
+            for some in steps(len(values)):
                 values[some] = np.column_stack([rows.some(some), more.some(some)[:, taken]])
             joints.append(JointRows(columns, values))
         names = (*target.columns[:first], *(source.columns[c] for c in wanted), *target.columns[first:])
@@ -138,7 +137,7 @@ def _joined(regressor: Regressor, added: Regressor) -> Regressor:
         counted, k, c = regressor.counted[:, j : j + 1], len(rows.columns), len(more.columns)
         columns = np.concatenate([rows.columns, first + more.columns, first + count + more.columns])
         values = empty((len(columns), len(backward))).T
-        for some in blocks(len(values), ROWS):
+        for some in steps(len(values)):
             values[some, :k] = rows.some(some)
             values[some, k : k + c] = more.some(some) * counted[some]
             values[some, k + c :] = more.some(backward[some]) * counted[some]

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.search_data import Baseline, SearchData
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
-from physident.large_arrays import blocks, empty, magnitude
+from physident.large_arrays import empty, magnitude, steps
 
 Array = NDArray[np.float64]
 SETTLED = (
     0.95  # of a residual's size from one round of weights to the next: weights set the power of a test, not its level
 )
-ROWS = 1 << 13  # worked on at once
 ROUNDING = 1e-8  # of a squared response: a smaller squared residual is not known from products
 SMALLEST = 1e-9  # of the largest torque: a smaller residual is rounding
 
@@ -69,7 +68,7 @@ class Fit:
 def residual_of(data: SearchData, baseline: Baseline, x: Array) -> Array:
     """What values x (R,) of a baseline leave of the response (M, n) [N m|N]."""
     result = empty(data.response.shape)
-    for some in blocks(len(result), ROWS):
+    for some in steps(len(result)):
         result[some] = data.response[some] - baseline.some_torque(some, x)
     return result
 
@@ -80,7 +79,7 @@ def normal_equations(data: SearchData, baseline: Baseline) -> NormalEquations:
     squares, slopes = np.zeros((n, R, R)), np.zeros((n, R))
     for j in range(n):
         used, kept = _used(baseline, j)
-        for some in blocks(len(data.response), ROWS):
+        for some in steps(len(data.response)):
             B = np.column_stack([values[some][:, columns] for values, columns in kept])
             squares[j][np.ix_(used, used)] += B.T @ B
             slopes[j, used] += B.T @ data.response[some, j]

@@ -15,11 +15,10 @@ from physident.effects.classification import Detection
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
-from physident.large_arrays import blocks, empty
+from physident.large_arrays import empty, steps
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
-ROWS = 1 << 13  # worked on at once
 PLACEBOS = ("placebo_reversed", "placebo_random")
 STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
 
@@ -135,7 +134,7 @@ def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, tuple[Can
         dry = [k for k, c in enumerate(rows.columns) if regressor.columns[c].name == f"coulomb_friction_{j + 1}"]
         places = (p + 2 * j, p + 2 * j + 1)
         values = empty((len(rows.columns) + 2, len(noise))).T
-        for some in blocks(len(noise), ROWS):
+        for some in steps(len(noise)):
             values[some, :-2] = rows.some(some)
         values[:, -2] = values[backward, dry[-1]]
         values[:, -1] = noise[:, j]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.large_arrays import blocks, empty
+from physident.large_arrays import empty, steps
 
 Array = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Baseline:
     def torque(self, x: Array) -> Array:
         """The torque (M, n) [N m|N] of values x (R,)."""
         result = empty((len(self.joints[0]), len(self.joints)))
-        for some in blocks(len(result)):
+        for some in steps(len(result)):
             result[some] = self.some_torque(some, x)
         return result
 

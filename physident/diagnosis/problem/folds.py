@@ -12,9 +12,8 @@ from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchDat
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.regressor import Regressor
 from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels
-from physident.large_arrays import blocks as large_blocks
+from physident.large_arrays import steps
 
-ROWS = 1 << 13  # worked on at once
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 MOST_BLOCKS = 256  # errors from more are no surer, and what is computed of each block takes memory
 FOLDS = (4, 8)  # fewer leave too little to fit, more cost time and gain nothing
@@ -59,7 +58,7 @@ def _extrapolates(data: SearchData, baseline: Baseline, fit: Fit, fold: NDArray[
     for f in np.unique(fold):
         rows = fold == f
         H = np.zeros_like(fit.normal)
-        for some in large_blocks(len(fold), ROWS):
+        for some in steps(len(fold)):
             mine = np.flatnonzero(rows[some]) + some.start
             for w, B in zip(fit.weights, baseline.joints, strict=True):
                 H += w**2 * (B[mine].T @ B[mine])

@@ -30,7 +30,7 @@ from physident.estimation.dry_friction.row_weights import dry_level, known_rows,
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
-from physident.large_arrays import row_slices
+from physident.large_arrays import magnitude, row_slices
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class DiagnosisProblem:
     @cached_property
     def resting_joints(self) -> frozenset[int]:
         """Joints (from 1) that no recording moves: what their velocity shows is noise."""
-        fastest = np.max([np.abs(one.v).max(axis=0) for one in self.signals], axis=0)
+        fastest = np.max([magnitude(one.v) for one in self.signals], axis=0)
         return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED))
 
     def is_friction_of_resting_joint(self, candidate: Candidate) -> bool:

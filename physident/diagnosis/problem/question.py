@@ -17,11 +17,10 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.physical.information_shares import BY_PRIOR
 from physident.estimation.weighting import information_in
-from physident.large_arrays import blocks, empty
+from physident.large_arrays import empty, steps
 from physident.recordings.recording import Recording
 
 Array = NDArray[np.float64]
-ROWS = 1 << 13  # worked on at once
 Question = Literal["different", "missing", "nominal"]
 
 
@@ -62,7 +61,7 @@ class ParameterFreedom:
         for rows in regressor.joints:
             chosen = rows.columns < p
             columns = empty((len(self.prior), len(regressor.time))).T
-            for some in blocks(len(columns), ROWS):
+            for some in steps(len(columns)):
                 values = rows.some(some)
                 columns[some] = values[:, chosen] @ self.map[rows.columns[chosen]]
                 for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):

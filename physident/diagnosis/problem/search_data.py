@@ -14,10 +14,9 @@ from physident.diagnosis.problem.candidate_groups import OptionGroup
 from physident.diagnosis.problem.candidates import Candidate
 from physident.diagnosis.problem.columns import Baseline, Columns
 from physident.dynamics.regressor import Regressor
-from physident.large_arrays import blocks, empty
+from physident.large_arrays import empty, steps
 
 Array = NDArray[np.float64]
-ROWS = 1 << 13  # worked on at once
 OUTSIDE = -1  # fold of a row in a gap between blocks
 
 __all__ = ["OUTSIDE", "Baseline", "SearchData"]
@@ -69,7 +68,7 @@ class SearchData:
             present = [k for k, column in enumerate(wanted) if column in place]
             taken = [place[wanted[k]] for k in present]
             values = empty((len(taken), len(self.response))).T
-            for some in blocks(len(values), ROWS):
+            for some in steps(len(values)):
                 values[some] = rows.some(some)[:, taken]
             joints.append((np.array(present, dtype=np.intp), values))
         return Columns(len(wanted), len(self.response), tuple(joints))

@@ -15,11 +15,10 @@ from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold,
 from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, left_out_gains
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
-from physident.large_arrays import blocks
+from physident.large_arrays import blocks, steps
 
 Array = NDArray[np.float64]
 AT_ONCE = 1 << 24  # bytes of surrogates that are judged together
-ROWS = 1 << 13  # of them that are worked on at once
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,7 +113,7 @@ def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
     pieces = math.ceil(SURROGATES * residual.nbytes / AT_ONCE)
     for some in blocks(SURROGATES, math.ceil(SURROGATES / pieces)):
         noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)
-        for rows in blocks(len(noise), ROWS):
+        for rows in steps(len(noise)):
             if len(known):
                 noise[rows] += hypothesis.baseline.some_torque(rows, x[:, some])
             noise[rows] *= counted[rows][:, :, None]

@@ -76,7 +76,8 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         accepted = kept
     assert first is not None
     assert last is not None
-    last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))  # what was replaced may be a rival
+    if last.hypothesis.problem is not problem:  # what was replaced may be a rival
+        last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))
     overfull = _count(problem, last.hypothesis.accepted) > HANDFUL
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
 

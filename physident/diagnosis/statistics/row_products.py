@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
-from physident.large_arrays import blocks as large_blocks
-from physident.large_arrays import release
+from physident.large_arrays import BLOCK, STEP, release, steps
 
 Array = NDArray[np.float64]
-ROWS = 1 << 13  # of all columns at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,18 +70,20 @@ class DataProducts:
             self.units.append(units)
 
     def each_part(self) -> Iterator[Part]:
-        """All parts of the rows; between them the memory of large arrays is given back."""
-        seen, large = 0, len(self.fold) > ROWS
+        """All parts of the rows; the memory of large arrays is given back once in a block and at the end."""
+        seen = 0
         for part in self.parts:
             yield part
             seen += part.rows.stop - part.rows.start
-            if large and seen > ROWS:
+            if seen > BLOCK:
                 seen = 0
                 release()
+        if len(self.fold) > STEP:
+            release()
 
     def each_block(self) -> Iterator[slice]:
-        """All rows in blocks."""
-        return large_blocks(len(self.fold), ROWS)
+        """All rows, some at a time."""
+        return steps(len(self.fold))
 
     def rows(self, j: int, rows: slice) -> Array:
         """Some rows (m, K) of a joint."""
@@ -173,12 +173,12 @@ def _parts(data: SearchData) -> tuple[list[Part], NDArray[np.intp]]:
         label, fold = int(labels[start]), int(data.fold[start])
         unit = count if label == OUTSIDE else label
         fold_of_unit[unit] = fold
-        parts += [Part(slice(at, min(at + ROWS, int(stop))), unit, fold) for at in range(int(start), int(stop), ROWS)]
+        parts += [Part(slice(at, min(at + STEP, int(stop))), unit, fold) for at in range(int(start), int(stop), STEP)]
     return parts, fold_of_unit
 
 
 def _nonzero(values: Array) -> NDArray[np.bool_]:
     found = np.zeros(values.shape[1], dtype=bool)
-    for at in range(0, len(values), ROWS):
-        found |= values[at : at + ROWS].any(axis=0)
+    for at in range(0, len(values), STEP):
+        found |= values[at : at + STEP].any(axis=0)
     return found

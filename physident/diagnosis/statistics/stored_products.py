@@ -15,10 +15,10 @@ from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.effects.effect import Effect
+from physident.large_arrays import STEP, release
 
 Array = NDArray[np.float64]
 Key = tuple[str, tuple[int, ...]]
-ROWS = 1 << 13  # worked on at once
 MAX_UNITS = 32  # more would cost memory; each is then several blocks
 
 
@@ -149,6 +149,8 @@ def store_products(hypothesis: Hypothesis, shown: Collection[Key] | None = None)
             parts = [model[j][some], rows.some(some)[:, taken], *(one.joints[j][1][some] for one in refined)]
             T = np.column_stack([*parts, data.response[some, j]])
             stored[labels[some.start], :-1, :-1] += T.T @ T
+        if len(labels) > STEP:
+            release()
         used = np.append(np.flatnonzero(np.einsum("uii->i", stored[:, :-1, :-1]) > 0), len(every))
         place = np.full(size, len(used) - 1)
         place[every[used[:-1]]] = np.arange(len(used) - 1)
@@ -166,13 +168,13 @@ def store_products(hypothesis: Hypothesis, shown: Collection[Key] | None = None)
 
 
 def _runs(labels: NDArray[np.intp]) -> list[slice]:
-    """The rows of a unit that follow each other, at most ``ROWS`` at once; gaps are left out."""
+    """The rows of a unit that follow each other, at most ``STEP`` at once; gaps are left out."""
     edges = np.flatnonzero(np.diff(labels)) + 1
     return [
-        slice(at, min(at + ROWS, stop))
+        slice(at, min(at + STEP, stop))
         for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), len(labels)], strict=True)
         if labels[start] != OUTSIDE
-        for at in range(start, stop, ROWS)
+        for at in range(start, stop, STEP)
     ]
 
 
