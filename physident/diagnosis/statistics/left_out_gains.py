@@ -120,7 +120,7 @@ class Judge:
         else:
             By, Cy, yy = responses.By, responses.Cy, responses.yy
         inside, squares = own.own.inside, self.fit.weights**2
-        sums = [np.tensordot(squares, part[inside], (0, 1)) for part in (By, Cy, yy)]
+        sums = [np.stack([_weighted(part[f], squares) for f in inside]) for part in (By, Cy, yy)]
         whole = [part.sum(axis=0) for part in sums]
         F, n, S = len(inside), len(squares), yy.shape[-1]
         before, gain = np.zeros((F, n, S)), np.zeros((len(data.candidates), F, n, S))
@@ -131,6 +131,14 @@ class Judge:
             before[at], gain[:, at], relief[:, at] = split.judge(train, test, len(data.candidates))
         rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
         return LeftOutGains(before, gain, relief, rows / self.fit.memory, self.visible)
+
+
+def _weighted(products: Array, squares: Array) -> Array:
+    """Products (n, ...) of the joints summed with ``squares`` (n,) of their weights, none of them copied."""
+    total = squares[0] * products[0]
+    for square, part in zip(squares[1:], products[1:], strict=True):
+        total += square * part
+    return total
 
 
 def _visible_shares(count: int, classes: Sequence[Class], baseline: Baseline, whole: Sequence[Array]) -> Array:

@@ -68,6 +68,7 @@ class Split:
         self, classes: Sequence[Class], train: WeightedProducts, test: Sequence[WeightedProducts], prior: Array
     ) -> None:
         self.classes, self.train, self.test, self.prior = classes, train, test, prior
+        self.kept: dict[tuple[int, int], Array] = {}
         self.inverse = pseudo_inverse(train.BB + np.diag(prior))
         self.Z = self.inverse @ train.BC
         self.roots = []
@@ -117,9 +118,13 @@ class Split:
 
     def _spread(self, k: int, j: int, tops: NDArray[np.intp], theta: Array) -> Array:
         """The power (C, S) of the chosen options in a joint's rows of the fold, the baseline refitted."""
-        return self._quadratic(k, tops, theta, lambda some: self._apart(k, j, some))
+        return self._quadratic(k, tops, theta, lambda some: self._apart(k, j, some, tops.shape[1] > 1))
 
-    def _apart(self, k: int, j: int, some: NDArray[np.intp]) -> Array:
+    def _apart(self, k: int, j: int, some: NDArray[np.intp], every: bool) -> Array:
+        if every and (k, j) not in self.kept:  # many responses ask for nearly all options, again and again
+            self.kept[k, j] = self._apart(k, j, np.arange(len(self.classes[k].columns)), False)
+        if (k, j) in self.kept:
+            return self.kept[k, j][some]
         one, own = self.classes[k], self.test[j]
         Zc, c = self._Zc(one, some), one.columns[some]
         half = Zc @ (0.5 * (own.BB @ Zc.transpose(0, 2, 1)) - np.moveaxis(own.BC[:, c], 0, 1))
