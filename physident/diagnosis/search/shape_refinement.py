@@ -71,7 +71,7 @@ class GainEvaluator:
             np.asarray(np.tensordot(self.squares, part.sum(axis=0), 1), dtype=float)
             for part in (self.products.CC(at), self.products.BC(at.ravel()), self.products.Cy(at.ravel()))
         )
-        return self._of(inner, cross.reshape(-1, *at.shape), slope.reshape(at.shape))
+        return self._of(inner, cross.reshape(len(self.x), *at.shape), slope.reshape(at.shape))
 
     def gain(self, columns: Columns) -> float:
         """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
@@ -80,7 +80,7 @@ class GainEvaluator:
 
     def _of(self, inner: Array, cross: Array, slope: Array) -> Array:
         """Gains (O,) from weighted products of options with themselves (O, k, k), the baseline (R, O, k) and the response (O, k)."""
-        Z = (self.inverse @ cross.reshape(len(self.x), -1)).reshape(cross.shape)
+        Z = np.tensordot(self.inverse, cross, 1)
         root = whitening(inner, inner - np.einsum("rok,rol->okl", cross, Z))
         left = slope - np.einsum("rok,r->ok", cross, self.x)
         return np.sum(np.einsum("okl,ok->ol", root, left) ** 2, axis=1)

@@ -100,7 +100,7 @@ class LeftOutFits:
         for f, (inverse, x) in enumerate(zip(self.inverse, self.x, strict=True)):
             inner, cross, slope = (total - part[f] for total, part in zip(totals, (CC, BC, Cy), strict=True))
             slope = slope - np.einsum("rok,r->ok", cross, x)
-            Z = (inverse @ cross.reshape(len(x), -1)).reshape(cross.shape)
+            Z = np.tensordot(inverse, cross, 1)
             outside = inner - np.einsum("rok,rol->okl", cross, Z) + prior[:, :, None] * np.eye(k)
             root = whitening(inner, outside)
             values = np.einsum("okl,ol->ok", root, np.einsum("okl,ok->ol", root, slope))
