@@ -43,7 +43,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     if not joints:
         return found
     pool, threshold = CurvePool.of(start, joints), found.last.threshold
-    now = state_hypothesis(pool.problem, start.accepted, start.model)
+    now = state_hypothesis(pool.problem, start.accepted, start.model, pool.data)
     now = _with_replacements(now, pool, threshold, progress)
     for _ in range(MOST):
         better = _best_beside(now, pool, threshold)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import Candidate, Option, PlaceboCandidate, played_backwards
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.problem.search_data import SearchData
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.catalogue import CATALOGUE
@@ -39,10 +40,11 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class CurvePool:
-    """A ``problem`` whose regressor also has the columns of some ``curves``, and of ``placebos``: as many columns, of the motion
-    played backwards."""
+    """A ``problem``, and the ``data`` of a hypothesis, whose regressor also has the columns of some ``curves``, and of ``placebos``: as
+    many columns, of the motion played backwards."""
 
     problem: DiagnosisProblem
+    data: SearchData
     curves: tuple[Curve, ...]
     placebos: tuple[Curve, ...]
 
@@ -66,8 +68,8 @@ class CurvePool:
             curves.append(Curve(effect, joint, tuple(range(first + at, first + at + k))))
             placebos.append(Curve(effect, joint, tuple(range(first + count + at, first + count + at + k))))
             at += k
-        regressor = _joined(problem.regressor, added)
-        return CurvePool(replace(problem, regressor=regressor), tuple(curves), tuple(placebos))
+        data = replace(hypothesis.data, regressor=_joined(hypothesis.data.regressor, added), kept={})
+        return CurvePool(replace(problem, regressor=data.regressor), data, tuple(curves), tuple(placebos))
 
     def candidates(self, hypothesis: Hypothesis, joints: Sequence[int] | None = None) -> list[Candidate]:
         """Every curve on some joints (from 1), by default all, with every amplitude; curves that were accepted are left out."""

@@ -18,7 +18,7 @@ from physident.identifiability.visibility import VISIBLE
 from physident.large_arrays import blocks, steps
 
 Array = NDArray[np.float64]
-AT_ONCE = 1 << 24  # bytes of surrogates that are judged together
+AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
