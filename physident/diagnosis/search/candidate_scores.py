@@ -19,6 +19,7 @@ from physident.large_arrays import blocks, steps
 
 Array = NDArray[np.float64]
 AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
+FEWEST = 24  # surrogates at least: the rows are read once for each such group
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,8 +111,8 @@ def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
         hypothesis.data.regressor.segment,
         hypothesis.data.regressor.counted,
     )
-    pieces = math.ceil(SURROGATES * residual.nbytes / AT_ONCE)
-    for some in blocks(SURROGATES, math.ceil(SURROGATES / pieces)):
+    count = min(SURROGATES, max(FEWEST, AT_ONCE // residual.nbytes))
+    for some in blocks(SURROGATES, math.ceil(SURROGATES / math.ceil(SURROGATES / count))):
         noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)
         for rows in steps(len(noise)):
             if len(known):
