@@ -176,7 +176,8 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
     every = [*candidates, *pool.placebo_candidates(now)]
     data = replace(now.data, candidates=tuple(every))
     judge = Judge(data, now.baseline, now.fit, now.products)
-    gains, stable = judge.gains(), judge.gains().evidence_without_best_fold
+    gains = judge.gains()
+    stable = gains.evidence_without_best_fold
     drawn = [judge.gains(judge.products_with(part)).evidence_without_best_fold for part in surrogate_pieces(now)]
     level = max(threshold, effect_threshold(np.concatenate(drawn, axis=1), gains.visible))
     for index in np.argsort(-gains.evidence[:, 0]):
