@@ -22,6 +22,7 @@ from physident.errors import InputError
 Array = NDArray[np.float64]
 LARGE = ContextVar("LARGE", default=16 << 20)  # bytes of an array, above which it lies in a file
 BLOCK = 1 << 16  # rows worked on at once: a thousand filters long, and a few megabytes of each channel
+STEP = 1 << 13  # rows of many columns worked on at once
 _MAPPED: weakref.WeakSet[Any] = weakref.WeakSet()
 _BITS = 16  # of a number that are counted in one pass
 
@@ -98,6 +99,15 @@ def blocks(count: int, size: int | None = None) -> Iterator[slice]:
     for start in range(0, count, size):
         yield slice(start, min(start + size, count))
         if count > size:
+            release()
+
+
+def steps(count: int) -> Iterator[slice]:
+    """Slices of ``STEP`` of ``count`` rows, for arrays of many columns; the memory of files is given back once in a block and at the end."""
+    for start in range(0, count, STEP):
+        stop = min(start + STEP, count)
+        yield slice(start, stop)
+        if count > STEP and (stop == count or stop % BLOCK == 0):
             release()
 
 

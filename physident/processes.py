@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from physident.errors import InputError
 
 T = TypeVar("T")
+R = TypeVar("R")
 VARIABLE = "PHYSIDENT_PROCESSES"
 
 
@@ -26,6 +27,48 @@ def processors() -> int:
     return int(given)
 
 
+def mapped(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """What a function returns for each item, in order; several processes take turns. An error of one process is raised here."""
+    workers = min(processors(), len(items))
+    if workers < 2 or not _can_fork():
+        return [function(item) for item in items]
+    fork = multiprocessing.get_context("fork")
+
+    def work(first: int, channel: Any) -> None:
+        try:
+            channel.send(([function(item) for item in items[first::workers]], None))
+        except BaseException as caught:
+            channel.send(([], caught))
+
+    pipes = [fork.Pipe(duplex=False) for _ in range(1, workers)]
+    started = [fork.Process(target=work, args=(k, end)) for k, (_, end) in enumerate(pipes, 1)]
+    results: list[list[R]] = []
+    try:
+        for process, (_, end) in zip(started, pipes, strict=True):
+            process.start()
+            end.close()  # the other end's only holder is the process: it is closed when that ends
+        results.append([function(item) for item in items[::workers]])
+        for process, (channel, _) in zip(started, pipes, strict=True):
+            try:
+                found, error = channel.recv()
+            except EOFError:
+                process.join()
+                raise RuntimeError(f"a process of physident was ended from outside (code {process.exitcode})") from None
+            if error is not None:
+                raise error
+            results.append(found)
+    finally:
+        for process in started:
+            if process.pid is not None:
+                process.terminate()
+                process.join()
+    return [results[k % workers][k // workers] for k in range(len(items))]
+
+
+def _can_fork() -> bool:
+    return "fork" in multiprocessing.get_all_start_methods() and not multiprocessing.current_process().daemon
+
+
 def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> None:
     """Call a function on every item, whose results go into arrays.
 
@@ -33,7 +76,7 @@ def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> N
     one process is raised here.
     """
     workers = min(processors(), len(items)) if shared else 1
-    if workers < 2 or "fork" not in multiprocessing.get_all_start_methods() or multiprocessing.current_process().daemon:
+    if workers < 2 or not _can_fork():
         for item in items:
             function(item)
         return

@@ -80,18 +80,27 @@ def test_gains_are_those_of_refits_with_the_shape_chosen_outside_the_fold(prior:
             np.testing.assert_allclose(found.gain[c, f, :, 0], before - after, rtol=1e-7, atol=1e-7)
 
 
-def test_row_by_row_residuals_add_up_to_the_same_costs() -> None:
+def test_costs_of_blocks_are_those_of_refits_and_add_up_to_the_gains() -> None:
     evidence, baseline = made(2.0)
     now = fit_baseline(evidence, baseline)
     found = left_out_gains(evidence, baseline, now, evidence.response[:, :, None])
-    labels = blocks(evidence, 2.0)
+    fits, labels = LeftOutFits(evidence, baseline, now.weights), blocks(evidence, 1.0)
+    alone = now.weights**2 * fits.squares_of_blocks()
+    np.testing.assert_allclose(alone, block_costs(fits.residual(), now.weights, labels), rtol=1e-8)
     for c, candidate in enumerate(evidence.candidates):
-        options = [evidence.columns(option.columns) for option in candidate.options]
-        after = block_costs(LeftOutFits(evidence, baseline, now.weights).residual(options), now.weights, labels)
-        before = block_costs(LeftOutFits(evidence, baseline, now.weights).residual(), now.weights, labels)
+        options = [option.columns for option in candidate.options]
+        after = now.weights**2 * fits.squares_of_blocks(options, np.zeros(len(options)))
+        if len(options) == 1:
+            effect = evidence.columns(options[0])
+            same = now.weights**2 * fits.squares_of_blocks(effect, np.zeros(effect.count))
+            np.testing.assert_allclose(after, same, rtol=1e-8)
         np.testing.assert_allclose(
-            (before - after).sum(axis=0), found.gain[c, :, :, 0].sum(axis=0), rtol=1e-7, atol=1e-7
+            (alone - after).sum(axis=0), found.gain[c, :, :, 0].sum(axis=0), rtol=1e-7, atol=1e-7
         )
+        for f in range(4):
+            plain = min((refitted(evidence, baseline, now.weights, o, f) for o in options), key=lambda one: one[0])[1]
+            mine = np.unique(labels[evidence.fold == f])
+            np.testing.assert_allclose(after[mine].sum(axis=0), plain, rtol=1e-8)
 
 
 def test_a_column_of_the_baseline_has_no_share_and_one_across_it_has_all() -> None:

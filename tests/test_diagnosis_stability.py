@@ -21,6 +21,7 @@ from physident.diagnosis.stability.stability import STABLE, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.stored_products import MAX_UNITS, store_products
+from physident.processes import VARIABLE
 from tests.opened import opened
 from tests.plant import Arm
 
@@ -104,6 +105,7 @@ def test_halves_are_pairs_that_share_no_unit(
         assert threshold < last.threshold
         return set()
 
+    monkeypatch.setenv(VARIABLE, "1")  # what another process sees is not seen here
     monkeypatch.setattr(stability, "search_half", remember)
     stability_of(first, last, checks(last))
     assert len(seen) == 20

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from physident import large_arrays
 from physident.errors import InputError
 from physident.large_arrays import LARGE, Growing, blocks, empty, is_shared, median, triangle
-from physident.processes import VARIABLE, each, processors
+from physident.processes import VARIABLE, each, mapped, processors
 from physident.recordings.motion_smoothing import MotionNoise, _liveliest, encoder_step, smooth_motion
 from physident.recordings.rests import find_rests
 from physident.recordings.white_noise import white_noise
@@ -98,6 +100,27 @@ def test_arrays_in_files_can_be_filled_by_several_processes(monkeypatch: pytest.
 
     with pytest.raises(InputError, match="of the second process"):
         each(fail, range(4), shared=True)
+
+
+@pytest.mark.parametrize("processes", ["1", "2", "3"])
+def test_what_several_processes_return_comes_in_order(monkeypatch: pytest.MonkeyPatch, processes: str) -> None:
+    monkeypatch.setenv(VARIABLE, processes)
+    assert mapped(lambda k: {k, k**2}, range(8)) == [{k, k**2} for k in range(8)]
+    assert mapped(lambda k: k, []) == []
+
+    def fail(k: int) -> int:
+        if k == 1:
+            raise InputError("of the second item")
+        return k
+
+    with pytest.raises(InputError, match="of the second item"):
+        mapped(fail, range(4))
+
+
+def test_a_process_that_is_ended_from_outside_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "2")
+    with pytest.raises(RuntimeError, match="ended from outside"):
+        mapped(lambda k: os._exit(3) if k == 1 else k, range(2))
 
 
 def test_rows_that_arrive_in_blocks_may_outgrow_memory() -> None:

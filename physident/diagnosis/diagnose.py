@@ -272,7 +272,7 @@ def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
         if share >= VISIBLE or candidate.placebo:
             continue
         columns = hypothesis.data.columns(candidate.options[0].columns)
-        silent = max(float(np.abs(joint).max(initial=0.0)) for joint in columns) < SILENT
+        silent = max(float(np.abs(values).max(initial=0.0)) for _, values in columns.joints) < SILENT
         reason: UnseenReason = "shows no torque" if silent else "inside what the baseline may take up"
         if hypothesis.problem.is_friction_of_resting_joint(candidate):
             reason = "of a joint that does not move"

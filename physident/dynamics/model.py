@@ -13,6 +13,7 @@ from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects, effect_from_dict, make_effects
 from physident.effects.effect import AddedInertia, Column, Effect
 from physident.errors import InputError
+from physident.large_arrays import BLOCK, empty
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -108,6 +109,16 @@ class Model:
         """
         stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
         signals = replace(signals, transition=np.max(stated, axis=0)) if stated else signals
+        if len(signals.q) <= BLOCK or not all(effect.pointwise for effect in self.effects):
+            return self._referred(signals)
+        load, motor = empty(signals.q.shape), empty(signals.q.shape)
+        for samples in signals.blocks():
+            part = self._referred(signals.part(samples))
+            load[samples], motor[samples] = part.from_model("load"), part.from_model("motor")
+        return replace(signals, links=self.added_inertia().links, load=load, motor=motor)
+
+    def _referred(self, signals: Signals) -> Signals:
+        """The same for signals that are worked on at once."""
         added = self.added_inertia()
         load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a) + added.armature * signals.a
         if any(added.gravity):

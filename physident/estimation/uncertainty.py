@@ -121,8 +121,9 @@ def block_labels(segment: NDArray[np.intp], length: int) -> NDArray[np.intp]:
     """Labels (M,) of contiguous blocks of about ``length`` rows that do not cross segments."""
     labels = np.empty(len(segment), dtype=np.intp)
     label = 0
-    for part in np.unique(segment):
-        rows = np.flatnonzero(segment == part)
+    order = np.argsort(segment, kind="stable")
+    ends = np.flatnonzero(np.diff(segment[order])) + 1
+    for rows in np.split(order, ends):
         for block in np.array_split(rows, max(1, round(len(rows) / length))):
             labels[block] = label
             label += 1

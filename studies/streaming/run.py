@@ -1,4 +1,4 @@
-"""How long does a long recording take, and how much memory? Sizes (rows) may be given: run.py 200000 1000000 5000000."""
+"""How long does a long recording take, and how much memory? Sizes (rows) and verbs may be given: run.py 200000 1000000 diagnose."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from kept import keep
 from recorded import write_recording
 
 SIZES = (200_000, 1_000_000, 5_000_000)  # rows
+VERBS = ("identify", "validate", "inspect", "diagnose")
 COMPARED = 1_000_000  # rows of which all is also computed in memory, by one process
 # one call in a process of its own, whose memory is its own; PHYSIDENT_LARGE is a limit that only this study sets
 CALL = """
@@ -30,6 +32,8 @@ if limit != "usual":
 begun = time.perf_counter(), time.process_time()
 if verb == "identify":
     pid.identify("ur10e", path).save(model)
+elif verb == "diagnose":
+    pid.diagnose_motion(pid.load_estimate(model), path)
 elif verb == "validate":
     pid.validate(pid.load_estimate(model), path, include_fitted=True)
 else:
@@ -46,28 +50,33 @@ print(json.dumps({
 
 
 def main() -> None:
-    sizes = [int(word) for word in sys.argv[1:]] or list(SIZES)
+    sizes = [int(word) for word in sys.argv[1:] if word.isdigit()] or list(SIZES)
+    verbs = [word for word in sys.argv[1:] if not word.isdigit()] or list(VERBS)
     here = Path(__file__).parent
     kept = here / "results.json"
     results: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
     for rows in sizes:
         with tempfile.TemporaryDirectory() as name:
-            results[str(rows)] = measured(Path(name), rows)
+            results[str(rows)] = {**results.get(str(rows), {}), **measured(Path(name), rows, verbs)}
     keep(here, dict(sorted(results.items(), key=lambda item: int(item[0]))), table(results))
 
 
-def measured(folder: Path, rows: int) -> dict[str, Any]:
-    """Time and memory of each verb on a recording of some rows."""
+def measured(folder: Path, rows: int, verbs: Sequence[str]) -> dict[str, Any]:
+    """Time and memory of some verbs on a recording of some rows."""
     path, model = folder / "run.parquet", folder / "model.json"
     write_recording(path, rows)
-    found: dict[str, Any] = {"identify": call("identify", path, model)}
-    if rows == COMPARED:
+    found: dict[str, Any] = {}
+    identified = call("identify", path, model)  # the others need the model
+    if "identify" in verbs:
+        found["identify"] = identified
+    if rows == COMPARED and "identify" in verbs:
         for label, processes, limit in (("one process", 1, "usual"), ("in memory", 1, str(1 << 40))):
             other = folder / f"{processes}_{limit}.json"
             found[f"identify, {label}"] = call("identify", path, other, processes, limit)
             found[f"identify, {label}"]["difference"] = difference(model, other)
-    for verb in ("validate", "inspect") if rows <= COMPARED else ():
-        found[verb] = call(verb, path, model)
+    for verb in ("validate", "inspect", "diagnose"):
+        if verb in verbs and (rows <= COMPARED or verb == "diagnose"):
+            found[verb] = call(verb, path, model)
     return found
 
 

@@ -18,9 +18,9 @@ def amplitudes(hypothesis: Hypothesis, accepted: AcceptedEffect) -> tuple[Array,
     """By which factor (recordings,) each recording alone would scale an accepted effect's torque, all else as it is, and the
     standard error of that factor; the factor is zero and its error infinite where a recording does not show the effect."""
     at = next(i for i, one in enumerate(hypothesis.accepted) if one is accepted)
-    columns = hypothesis.problem.columns(accepted.effect, hypothesis.model)
+    columns = hypothesis.columns(accepted.candidate, accepted.effect)
     values, fit = hypothesis.effect_values[at], hypothesis.fit
-    torque = np.column_stack([w * (c @ values) for w, c in zip(fit.weights, columns, strict=True)])
+    torque = fit.weights * columns.torque(values)
     recording = hypothesis.data.regressor.recording
     power = np.bincount(recording, np.sum(torque**2, axis=1))
     agreement = np.bincount(recording, np.sum(torque * (fit.residual * fit.weights + torque), axis=1))

@@ -16,16 +16,15 @@ from physident.diagnosis.learned.nearest_law import SAME_SHAPE, laws_of_joint, s
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
-from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_responses
+from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_pieces
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT, effect_threshold
-from physident.diagnosis.statistics.left_out_gains import left_out_gains
-from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
+from physident.diagnosis.statistics.left_out_gains import Judge, left_out_gains
+from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.uncertainty import correlation_rows
@@ -45,7 +44,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     if not joints:
         return found
     pool, threshold = CurvePool.of(start, joints), found.last.threshold
-    now = state_hypothesis(pool.problem, start.accepted, start.model)
+    now = state_hypothesis(pool.problem, start.accepted, start.model, pool.data)
     now = _with_replacements(now, pool, threshold, progress)
     for _ in range(MOST):
         better = _best_beside(now, pool, threshold)
@@ -140,7 +139,7 @@ def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: flo
     if not candidates:  # the model has this curve already
         return None
     data = replace(rest.data, candidates=tuple(candidates))
-    gains = left_out_gains(data, rest.baseline, rest.fit, data.response[:, :, None])
+    gains = left_out_gains(data, rest.baseline, rest.fit, products=rest.products)
     best = int(np.argmax(gains.evidence[:, 0]))
     shown = gains.visible[best] >= VISIBLE and gains.evidence_without_best_fold[best, 0] > threshold
     return candidates[best] if shown else None
@@ -149,8 +148,7 @@ def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: flo
 def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
     """Whether left-out rows are predicted better with a curve than with the laws in its place, beyond the scatter over blocks and
     by as much as is worth naming."""
-    labels, weights = blocks(now.data, float(now.fit.memory.max())), now.fit.weights
-    law, free = block_costs(now.left_out_fits.residual(), weights, labels), left_out_costs(rest, curve, weights)
+    law, free = left_out_costs(now, None), left_out_costs(rest, curve, now.fit.weights)
     gain = (law - free).sum(axis=1)
     worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
     return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
@@ -173,15 +171,16 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
     if not candidates:
         return None
     plain = replace(now.data, candidates=tuple(candidates))
-    first = left_out_gains(plain, now.baseline, now.fit, now.data.response[:, :, None])
+    first = left_out_gains(plain, now.baseline, now.fit, products=now.products)
     if not (first.evidence_without_best_fold[:, 0] > threshold).any():
         return None
     every = [*candidates, *pool.placebo_candidates(now)]
     data = replace(now.data, candidates=tuple(every))
-    responses = np.concatenate([data.response[:, :, None], surrogate_responses(now)], axis=2)
-    gains = left_out_gains(data, now.baseline, now.fit, responses)
+    judge = Judge(data, now.baseline, now.fit, now.products)
+    gains = judge.gains()
     stable = gains.evidence_without_best_fold
-    level = max(threshold, effect_threshold(stable[:, 1:], gains.visible))
+    drawn = [judge.gains(judge.products_with(part)).evidence_without_best_fold for part in surrogate_pieces(now)]
+    level = max(threshold, effect_threshold(np.concatenate(drawn, axis=1), gains.visible))
     for index in np.argsort(-gains.evidence[:, 0]):
         candidate = every[int(index)]
         if gains.visible[index] < VISIBLE or stable[index, 0] <= level:

@@ -35,7 +35,7 @@ def laws_of_joint(rest: Hypothesis, joints: tuple[int, ...]) -> list[Candidate]:
 def shares_of_curve(rest: Hypothesis, curve: Candidate, laws: Sequence[Candidate]) -> Array:
     """What each law (L,) takes of the power that a curve takes beside a hypothesis without both, on left-out rows."""
     data = replace(rest.data, candidates=(curve, *laws))
-    taken = left_out_gains(data, rest.baseline, rest.fit, data.response[:, :, None]).gain.sum(axis=(1, 2))[:, 0]
+    taken = left_out_gains(data, rest.baseline, rest.fit, products=rest.products).gain.sum(axis=(1, 2))[:, 0]
     return taken[1:] / max(float(taken[0]), 1e-300)
 
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate, Option, PlaceboCandidate
+from physident.diagnosis.problem.candidates import Candidate, Option, PlaceboCandidate, played_backwards
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.problem.search_data import SearchData
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.weighting import weight_rows
+from physident.large_arrays import empty, steps
 
 Array = NDArray[np.float64]
 AMPLITUDES = (1.0, 6.0, 36.0, 216.0)  # times what a joint leaves: of a drift, of a bend, of a bump, of many waves
@@ -38,10 +40,11 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class CurvePool:
-    """A ``problem`` whose regressor also has the columns of some ``curves``, and of ``placebos``: as many columns, of the motion
-    played backwards."""
+    """A ``problem``, and the ``data`` of a hypothesis, whose regressor also has the columns of some ``curves``, and of ``placebos``: as
+    many columns, of the motion played backwards."""
 
     problem: DiagnosisProblem
+    data: SearchData
     curves: tuple[Curve, ...]
     placebos: tuple[Curve, ...]
 
@@ -65,8 +68,8 @@ class CurvePool:
             curves.append(Curve(effect, joint, tuple(range(first + at, first + at + k))))
             placebos.append(Curve(effect, joint, tuple(range(first + count + at, first + count + at + k))))
             at += k
-        regressor = _joined(problem.regressor, added)
-        return CurvePool(replace(problem, regressor=regressor), tuple(curves), tuple(placebos))
+        data = replace(hypothesis.data, regressor=_joined(hypothesis.data.regressor, added), kept={})
+        return CurvePool(replace(problem, regressor=data.regressor), data, tuple(curves), tuple(placebos))
 
     def candidates(self, hypothesis: Hypothesis, joints: Sequence[int] | None = None) -> list[Candidate]:
         """Every curve on some joints (from 1), by default all, with every amplitude; curves that were accepted are left out."""
@@ -91,7 +94,8 @@ class CurvePool:
     def with_only(self, before: DiagnosisProblem, chosen: Sequence[Candidate]) -> DiagnosisProblem:
         """The problem as it was ``before``, with some curves as its last candidates, their columns after those of all others."""
         source, target = self.problem.regressor, before.regressor
-        first = len(target.columns) - len(before.freedom.nuisance)
+        behind = [*before.freedom.nuisance, *(k for one in before.placebos for k in one.options[0].columns)]
+        first = len(target.columns) - len(behind)
         wanted = [column for candidate in chosen for option in candidate.options for column in option.columns]
         place = {column: first + k for k, column in enumerate(wanted)}
         joints = []
@@ -99,19 +103,27 @@ class CurvePool:
             taken = [k for k, column in enumerate(more.columns) if int(column) in place]
             kept = np.where(rows.columns < first, rows.columns, rows.columns + len(wanted))
             columns = np.concatenate([kept, [place[int(more.columns[k])] for k in taken]]).astype(np.intp)
-            joints.append(JointRows(columns, np.column_stack([rows.values, more.values[:, taken]])))
+            values = empty((len(columns), len(target.time))).T
+            for some in steps(len(values)):
+                values[some] = np.column_stack([rows.some(some), more.some(some)[:, taken]])
+            joints.append(JointRows(columns, values))
         names = (*target.columns[:first], *(source.columns[c] for c in wanted), *target.columns[first:])
-        candidates = [
-            replace(c, options=tuple(replace(o, columns=tuple(place[k] for k in o.columns)) for o in c.options))
-            for c in chosen
-        ]
+        candidates = [_moved(c, place) for c in chosen]
+        further = {column: column + len(wanted) for column in behind}
         nuisance = tuple(column + len(wanted) for column in before.freedom.nuisance)
         return replace(
             before,
             regressor=replace(target, columns=names, joints=tuple(joints)),
             candidates=(*before.candidates, *candidates),
+            placebos=tuple(_moved(one, further) for one in before.placebos),
             freedom=replace(before.freedom, nuisance=nuisance),
         )
+
+
+def _moved(candidate: Candidate, place: Mapping[int, int]) -> Candidate:
+    """A candidate whose columns stand in other places."""
+    options = (replace(o, columns=tuple(place[k] for k in o.columns)) for o in candidate.options)
+    return replace(candidate, options=tuple(options))
 
 
 def _has(problem: DiagnosisProblem, name: str, joint: int) -> bool:
@@ -120,12 +132,16 @@ def _has(problem: DiagnosisProblem, name: str, joint: int) -> bool:
 
 def _joined(regressor: Regressor, added: Regressor) -> Regressor:
     """A regressor with the columns of another on the same rows, and once more with these played backwards, segment by segment."""
-    backward = np.concatenate([np.flatnonzero(regressor.segment == s)[::-1] for s in np.unique(regressor.segment)])
+    backward = played_backwards(regressor.segment)
     first, count = len(regressor.columns), len(added.columns)
     joints = []
     for j, (rows, more) in enumerate(zip(regressor.joints, added.joints, strict=True)):
-        counted = regressor.counted[:, j : j + 1]
+        counted, k, c = regressor.counted[:, j : j + 1], len(rows.columns), len(more.columns)
         columns = np.concatenate([rows.columns, first + more.columns, first + count + more.columns])
-        values = np.column_stack([rows.values, more.values * counted, more.values[backward] * counted])
+        values = empty((len(columns), len(backward))).T
+        for some in steps(len(values)):
+            values[some, :k] = rows.some(some)
+            values[some, k : k + c] = more.some(some) * counted[some]
+            values[some, k + c :] = more.some(backward[some]) * counted[some]
         joints.append(JointRows(columns, values))
     return replace(regressor, columns=(*regressor.columns, *added.columns, *added.columns), joints=tuple(joints))

@@ -9,23 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import Candidate
-from physident.dynamics.regressor import Regressor
 
 
 @dataclass(frozen=True, eq=False)
 class OptionGroup:
     """Options with k columns each: ``columns`` (O, k), their candidate's index ``owner`` (O,) and own index ``place``;
-    for each joint, which of them have rows there and at which place among the joint's columns. ``prior`` (O,): prior precision of
-    their values."""
+    ``prior`` (O,): prior precision of their values."""
 
     columns: NDArray[np.intp]
     owner: NDArray[np.intp]
     place: NDArray[np.intp]
     prior: NDArray[np.float64]
-    joints: tuple[tuple[NDArray[np.intp], NDArray[np.intp]], ...]
 
     @staticmethod
-    def of(regressor: Regressor, candidates: Sequence[Candidate], k: int) -> OptionGroup:
+    def of(candidates: Sequence[Candidate], k: int) -> OptionGroup:
         """The options with k columns."""
         found = [
             (option.columns, i, o, option.prior)
@@ -34,14 +31,8 @@ class OptionGroup:
             if len(option.columns) == k
         ]
         columns = np.array([f[0] for f in found], dtype=np.intp)
-        joints = []
-        for rows in regressor.joints:
-            at = np.full(len(regressor.columns), len(rows.columns))
-            at[rows.columns] = np.arange(len(rows.columns))
-            present = np.flatnonzero((at[columns] < len(rows.columns)).any(axis=1))
-            joints.append((present, at[columns[present]]))
         owner, place, prior = (np.array([f[at] for f in found]) for at in (1, 2, 3))
-        return OptionGroup(columns, owner, place, prior, tuple(joints))
+        return OptionGroup(columns, owner, place, prior)
 
     @property
     def prior_normal(self) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from physident.effects.classification import Detection
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
+from physident.large_arrays import empty, steps
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -120,26 +121,33 @@ def _in_model(model: Model, name: str, joints: tuple[int, ...]) -> Effect | None
     return None
 
 
-def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, list[Candidate]]:
-    """The regressor with two columns more for each joint that no arm can have: the joint's dry friction played backwards,
-    and smooth noise with the spectrum of the joint's torque."""
+def with_placebos(regressor: Regressor, seed: int) -> tuple[Regressor, tuple[Candidate, ...]]:
+    """The regressor in memory, with two columns more for each joint that no arm can have: the joint's dry friction played
+    backwards, and smooth noise with the spectrum of the joint's torque."""
     from physident.diagnosis.statistics.surrogates import phase_randomised
 
     p, n = len(regressor.columns), len(regressor.joints)
+    backward = played_backwards(regressor.segment)
     noise = phase_randomised(regressor.torque, regressor.segment, 1, seed)[:, :, 0]
     joints, placebos = [], []
     for j, rows in enumerate(regressor.joints):
         dry = [k for k, c in enumerate(rows.columns) if regressor.columns[c].name == f"coulomb_friction_{j + 1}"]
-        forward = rows.values[:, dry[-1]]
-        backward = np.concatenate(
-            [forward[regressor.segment == s][::-1] for s in np.unique(regressor.segment)]
-        )  # segments are consecutive
         places = (p + 2 * j, p + 2 * j + 1)
-        values = np.column_stack([rows.values, backward, noise[:, j]]) * 1.0
-        values[~regressor.counted[:, j]] = 0.0
+        values = empty((len(rows.columns) + 2, len(noise))).T
+        for some in steps(len(noise)):
+            values[some, :-2] = rows.some(some)
+        values[:, -2] = values[backward, dry[-1]]
+        values[:, -1] = noise[:, j]
+        values[~regressor.counted[:, j], -2:] = 0.0
         joints.append(JointRows(np.append(rows.columns, places), values))
         placebos += [
             PlaceboCandidate(name, (j + 1,), (Option(None, (at,)),)) for name, at in zip(PLACEBOS, places, strict=True)
         ]
     dummy = regressor.columns[-1]
-    return replace(regressor, columns=regressor.columns + (dummy,) * (2 * n), joints=tuple(joints)), placebos
+    return replace(regressor, columns=regressor.columns + (dummy,) * (2 * n), joints=tuple(joints)), tuple(placebos)
+
+
+def played_backwards(segment: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The rows (M,) in order, each contiguous segment (label (M,)) backwards; segments are consecutive."""
+    edges = np.flatnonzero(np.diff(segment)) + 1
+    return np.concatenate([part[::-1] for part in np.split(np.arange(len(segment)), edges)])

@@ -12,8 +12,10 @@ from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchDat
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.regressor import Regressor
 from physident.estimation.uncertainty import FEWEST_BLOCKS, block_labels
+from physident.large_arrays import steps
 
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
+MOST_BLOCKS = 256  # errors from more are no surer, and what is computed of each block takes memory
 FOLDS = (4, 8)  # fewer leave too little to fit, more cost time and gain nothing
 
 
@@ -34,7 +36,8 @@ def _by_blocks(regressor: Regressor, memory: float, seed: int) -> NDArray[np.int
 
     Each fold then holds a bit of every part of the motion, and none in step with a motion that repeats.
     """
-    length = min(math.ceil(MEMORIES * memory), len(regressor.segment) // FOLDS[0])
+    total = len(regressor.segment)
+    length = min(max(math.ceil(MEMORIES * memory), math.ceil(total / MOST_BLOCKS)), total // FOLDS[0])
     labels = block_labels(regressor.segment, length)
     count = labels[-1] + 1
     k = min(FOLDS[1], count)
@@ -54,8 +57,11 @@ def _extrapolates(data: SearchData, baseline: Baseline, fit: Fit, fold: NDArray[
     counted = data.regressor.counted
     for f in np.unique(fold):
         rows = fold == f
-        parts = [w * B[rows] for w, B in zip(fit.weights, baseline.joints, strict=True)]
-        H = np.sum([B.T @ B for B in parts], axis=0)
+        H = np.zeros_like(fit.normal)
+        for some in steps(len(fold)):
+            mine = np.flatnonzero(rows[some]) + some.start
+            for w, B in zip(fit.weights, baseline.joints, strict=True):
+                H += w**2 * (B[mine].T @ B[mine])
         if np.sum(H * pseudo_inverse(fit.normal - H)) > np.sum(counted[rows].sum(axis=0) / data.memory):
             return True
     return False
@@ -65,7 +71,9 @@ def blocks(data: SearchData, memory: float) -> NDArray[np.intp]:
     """Labels (M,) of the blocks that errors are counted by, within folds; OUTSIDE in gaps."""
     fold, segment = data.fold, data.regressor.segment
     inside = fold != OUTSIDE
-    length = min(math.ceil(MEMORIES * memory), max(1, int(inside.sum()) // FEWEST_BLOCKS))
+    total = int(inside.sum())
+    wanted = max(math.ceil(MEMORIES * memory), math.ceil(total / MOST_BLOCKS))
+    length = min(wanted, max(1, total // FEWEST_BLOCKS))
     runs = np.cumsum(np.append(False, (fold[1:] != fold[:-1]) | (segment[1:] != segment[:-1])))
     result = np.full(len(inside), OUTSIDE)
     result[inside] = block_labels(runs[inside], length)

@@ -11,24 +11,30 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import fit_baseline, fit_with_all_candidates
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option, candidate_effects, with_placebos
+from physident.diagnosis.problem.columns import Columns
+from physident.diagnosis.problem.effect_columns import effect_columns
 from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.ordinary_model import ordinary_model
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
-from physident.diagnosis.problem.search_data import SearchData
+from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
+from physident.dynamics.column_structure import KeptRows, kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
+from physident.effects.contact import tool_jacobian
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.row_weights import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
+from physident.large_arrays import magnitude, row_slices
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
+KEPT = 1 << 27  # bytes of the columns of effects that were tried
 MODELS = 3  # whose signals are kept: the one given, the last one, and the one that may follow it
 
 
@@ -48,13 +54,14 @@ class DiagnosisProblem:
     seed: int
     regressor: Regressor
     candidates: tuple[Candidate, ...]
+    placebos: tuple[Candidate, ...] = ()
     freedom: ParameterFreedom
     fold: NDArray[np.intp]
     memory: Array
     weights: Array
     recording_offsets: bool = False
     barred: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
-    evaluated: dict[tuple[Effect, Model | None], list[Array]] = field(default_factory=dict)  # columns, once each
+    evaluated: dict[tuple[Effect, Model | None], Columns] = field(default_factory=dict)  # the latest columns, once each
     by_model: list[tuple[Model, list[Signals]]] = field(default_factory=list)  # signals as the latest models see them
 
     @property
@@ -65,7 +72,7 @@ class DiagnosisProblem:
     @cached_property
     def resting_joints(self) -> frozenset[int]:
         """Joints (from 1) that no recording moves: what their velocity shows is noise."""
-        fastest = np.max([np.abs(one.v).max(axis=0) for one in self.signals], axis=0)
+        fastest = np.max([magnitude(one.v) for one in self.signals], axis=0)
         return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED))
 
     def is_friction_of_resting_joint(self, candidate: Candidate) -> bool:
@@ -89,33 +96,60 @@ class DiagnosisProblem:
 
     def search_data(self, model: Model) -> SearchData:
         """The candidates' columns, those that depend on a model evaluated by ``model``, and the torque to explain."""
-        regressor, placebos = with_placebos(self._evaluated_by(model), self.seed)
+        regressor = self._evaluated_by(model)
         theta = np.zeros(len(regressor.columns))
         theta[: len(self.model.theta)] = self.model.theta
         return SearchData(
             regressor=regressor,
-            candidates=(*self.candidates, *placebos),
+            candidates=(*self.candidates, *self.placebos),
             response=regressor.torque - regressor.predict(theta),
             fold=self.fold,
             memory=self.memory,
+            model_columns=len(self.model.theta),
         )
 
-    def columns(self, effect: Effect, model: Model) -> list[Array]:
-        """A concrete effect's columns (M, k) in each joint's rows, evaluated by a model; kept for the next time."""
+    def baseline(self, data: SearchData) -> Baseline:
+        """The columns of the model that are refitted, computed once for some data."""
+        known = data.kept.get("baseline")
+        if known is None or known[0] is not self.freedom:
+            known = data.kept["baseline"] = (self.freedom, self.freedom.baseline(data.regressor))
+        return known[1]
+
+    def columns(self, effect: Effect, model: Model) -> Columns:
+        """A concrete effect's columns (M, k) in each joint's rows, evaluated by a model; the latest are kept for the next time."""
         key = (effect, model if effect.needs_model else None)
         if key not in self.evaluated:
             self.evaluated[key] = self.fresh_columns(effect, model)
+            while sum(one.size for one in self.evaluated.values()) > KEPT and len(self.evaluated) > 1:
+                del self.evaluated[next(iter(self.evaluated))]
         return self.evaluated[key]
 
-    def fresh_columns(self, effect: Effect, model: Model) -> list[Array]:
+    def fresh_columns(self, effect: Effect, model: Model) -> Columns:
         """The same for an effect that is tried once."""
-        regressor = build_regressor(model.robot, [effect], self.referred(model), self.filter)
-        result = []
-        for j, rows in enumerate(regressor.joints):
-            values = np.zeros((len(regressor.time), len(regressor.columns)))
-            values[:, rows.columns] = rows.values * (self.weights * self.regressor.counted)[:, j : j + 1]
-            result.append(values)
-        return result
+        signals = self.referred(model) if effect.needs_model else self.signals
+        return effect_columns(model.robot, effect, signals, self.kept_rows, self.filter, self.scale)
+
+    @cached_property
+    def scale(self) -> Array:
+        """By what an effect's rows (M, n) are multiplied: their weights, zero where they are not counted."""
+        return self.weights * self.regressor.counted
+
+    @cached_property
+    def kept_rows(self) -> list[list[KeptRows]]:
+        """The rows of each segment of each recording."""
+        return [kept_rows(self.model.robot, one, self.filter, moving_only=True) for one in self.signals]
+
+    @cached_property
+    def jacobians(self) -> Array:
+        """The Jacobian (M, 3, n) of the tool in each row, as a contact's columns are weighted."""
+        regressor = self.regressor
+        result = np.empty((len(regressor.time), 3, self.model.robot.n))
+        for index, signals in enumerate(self.signals):
+            rows = rows_of(regressor.recording, index)
+            for some in row_slices([rows]):
+                at = np.clip(np.searchsorted(signals.time, regressor.time[some]), 0, len(signals.time) - 1)
+                result[some] = tool_jacobian(self.model.robot, signals.q[at])
+        return result * self.scale[:, None, :]
 
     def referred(self, model: Model) -> list[Signals]:
         """The signals with the torques that a model predicts for them; those of the latest models are kept."""
@@ -178,12 +212,12 @@ def state_problem(
         regressor = build_regressor(model.robot, [*effects, *nuisances], noisy, filter, model=model)
         problem = replace(problem, signals=tuple(noisy), regressor=regressor, evaluated={}, by_model=[])
         problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
-    baseline = problem.freedom.baseline(problem.regressor)
     problem = replace(problem, memory=correlation_rows(regressor, noise))
     data = problem.search_data(model)
     # with an offset of its own, no recording can be predicted by the others
     recordings = 1 if recording_offsets else len(signals)
     memory = float(problem.memory.max())
+    baseline = problem.baseline(data)
     fold = split_into_folds(data, baseline, fit_baseline(data, baseline), memory, recordings, seed)
     return replace(problem, fold=fold)
 
@@ -192,18 +226,20 @@ def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array
     """The problem with its rows weighted by how well they know the sign of velocity, ``spread`` (M, n), at a ``dry`` friction
     (n,) [N m|N]; and what all candidates at once leave (M, n) of these rows."""
     known = known_rows(spread)
-    left = _left_by_all(_with_weights(problem, known), model)
+    plain = replace(problem, weights=known, regressor=weight_rows(problem.regressor, known), evaluated={}, by_model=[])
+    left = _left_by_all(plain, model)
     weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor.counted))
     return weighted, _left_by_all(weighted, model)
 
 
 def _with_weights(problem: DiagnosisProblem, weights: Array) -> DiagnosisProblem:
-    regressor = weight_rows(problem.regressor, weights).in_memory()
-    return replace(problem, weights=weights, regressor=regressor, evaluated={}, by_model=[])
+    regressor, placebos = with_placebos(weight_rows(problem.regressor, weights), problem.seed)
+    return replace(problem, weights=weights, regressor=regressor, placebos=placebos, evaluated={}, by_model=[])
 
 
 def _left_by_all(problem: DiagnosisProblem, model: Model) -> Array:
-    return fit_with_all_candidates(problem.search_data(model), problem.freedom.baseline(problem.regressor)).residual
+    data = problem.search_data(model)
+    return fit_with_all_candidates(data, problem.baseline(data)).residual
 
 
 def _laid_out(model: Model, signals: Sequence[Signals]) -> tuple[tuple[Candidate, ...], list[Effect]]:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.search_data import Baseline
+from physident.diagnosis.problem.columns import Baseline
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor
@@ -17,6 +17,7 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.physical.information_shares import BY_PRIOR
 from physident.estimation.weighting import information_in
+from physident.large_arrays import empty, steps
 from physident.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -59,9 +60,12 @@ class ParameterFreedom:
         joints = []
         for rows in regressor.joints:
             chosen = rows.columns < p
-            columns = rows.values[:, chosen] @ self.map[rows.columns[chosen]]
-            for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
-                columns[:, k] = rows.values[:, rows.columns == column].sum(axis=1)
+            columns = empty((len(self.prior), len(regressor.time))).T
+            for some in steps(len(columns)):
+                values = rows.some(some)
+                columns[some] = values[:, chosen] @ self.map[rows.columns[chosen]]
+                for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
+                    columns[some, k] = values[:, rows.columns == column].sum(axis=1)
             joints.append(columns)
         return Baseline(tuple(joints), self.prior)
 

@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidate_groups import OptionGroup
 from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.columns import Baseline, Columns
 from physident.dynamics.regressor import Regressor
+from physident.large_arrays import empty, steps
 
 Array = NDArray[np.float64]
 OUTSIDE = -1  # fold of a row in a gap between blocks
 
+__all__ = ["OUTSIDE", "Baseline", "SearchData"]
 
-@dataclass(frozen=True, eq=False)
-class Baseline:
-    """Columns that are refitted with every candidate, (M, R) in each joint's rows, in units of the noise.
 
-    ``prior`` (R,) is the prior precision of their values, zero where only the data decide.
-    """
-
-    joints: tuple[Array, ...]
-    prior: Array
-
-    def joined(self, columns: Sequence[Array], precision: float = 0.0) -> Baseline:
-        """The baseline with more columns, (M, k) in each joint's rows, whose values have a prior ``precision``."""
-        joints = tuple(np.column_stack([before, more]) for before, more in zip(self.joints, columns, strict=True))
-        return Baseline(joints, np.concatenate([self.prior, np.full(columns[0].shape[1], precision)]))
+def rows_of(recording: NDArray[np.intp], index: int) -> slice:
+    """The rows of a recording: they follow each other."""
+    return slice(int(np.searchsorted(recording, index)), int(np.searchsorted(recording, index, side="right")))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,7 +32,8 @@ class SearchData:
     """Candidates' columns and the torque to explain on common rows.
 
     ``response`` (M, n) [N m|N]: what the model as given leaves of the torque; ``fold`` (M,) of each row, OUTSIDE in gaps;
-    ``memory`` (n,): how many correlated rows are worth one independent row.
+    ``memory`` (n,): how many correlated rows are worth one independent row. The first ``model_columns`` of the regressor are the
+    model's own. What was computed of the rows is kept in ``kept``, which the same rows with other candidates share.
     """
 
     regressor: Regressor
@@ -46,12 +41,14 @@ class SearchData:
     response: Array
     fold: NDArray[np.intp]
     memory: Array
+    model_columns: int = 0
+    kept: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def groups(self) -> list[OptionGroup]:
         """The candidates' options gathered by their number of columns."""
         sizes = sorted({len(option.columns) for c in self.candidates for option in c.options})
-        return [OptionGroup.of(self.regressor, self.candidates, k) for k in sizes]
+        return [OptionGroup.of(self.candidates, k) for k in sizes]
 
     def joint_columns(self, joint: int, wanted: Sequence[int]) -> Array:
         """Values (M, k) of some columns in a joint's rows (index from 0), zero where they have none."""
@@ -63,6 +60,15 @@ class SearchData:
                 values[:, k] = rows.values[:, place[column]]
         return values
 
-    def columns(self, wanted: Sequence[int]) -> list[Array]:
+    def columns(self, wanted: Sequence[int]) -> Columns:
         """Values (M, k) of some columns in each joint's rows."""
-        return [self.joint_columns(j, wanted) for j in range(len(self.regressor.joints))]
+        joints = []
+        for rows in self.regressor.joints:
+            place = {int(column): k for k, column in enumerate(rows.columns)}
+            present = [k for k, column in enumerate(wanted) if column in place]
+            taken = [place[wanted[k]] for k in present]
+            values = empty((len(taken), len(self.response))).T
+            for some in steps(len(values)):
+                values[some] = rows.some(some)[:, taken]
+            joints.append((np.array(present, dtype=np.intp), values))
+        return Columns(len(wanted), len(self.response), tuple(joints))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.learned.describe import curve_band
 from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
+from physident.diagnosis.problem.columns import joined_columns
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
@@ -19,7 +20,6 @@ from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
-from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.effects.catalogue import effect_scope
 
 Array = NDArray[np.float64]
@@ -119,14 +119,13 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: 
     weights = 1 / hypothesis.fit.sigma
     indices = [j - 1 for j in joints] or list(range(len(weights)))
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
-    columns = [hypothesis.problem.columns(a.effect, hypothesis.model) for a in group]
-    joined = [np.column_stack(parts) for parts in zip(*columns, strict=True)]
+    joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
     prior = np.concatenate(
-        [np.full(c[0].shape[1], prior_precision(a.effect)) for a, c in zip(group, columns, strict=True)]
+        [np.full(len(a.effect.columns(hypothesis.problem.model.robot)), prior_precision(a.effect)) for a in group]
     )
     before, after = (
-        block_costs(rest.left_out_fits.residual(options, [prior] * len(options)), weights, labels)[:, indices]
-        for options in ([], [joined])
+        (weights**2 * squares)[:, indices]
+        for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))
     )
     rows = np.count_nonzero(labels >= 0) * np.sum(weights[indices] ** 2)
     sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]

@@ -103,8 +103,10 @@ def _scale(H: np.ndarray) -> np.ndarray:
 def _stationarity(hypothesis: Hypothesis) -> float:
     """The largest gradient left, over the size of its terms."""
     fit, baseline = hypothesis.fit, hypothesis.baseline
-    gradient = -baseline.prior * fit.x
-    for B, r, w in zip(baseline.joints, fit.residual.T, fit.weights, strict=True):
-        gradient = gradient + w * w * (B.T @ r)
+    equations = hypothesis.products.equations
+    pull = (
+        np.tensordot(fit.weights**2, equations.slopes, 1) - np.tensordot(fit.weights**2, equations.squares, 1) @ fit.x
+    )
+    gradient = pull - baseline.prior * fit.x
     size = np.sqrt(np.maximum(np.diag(fit.normal), 1e-300)) * np.linalg.norm(fit.residual * fit.weights)
     return float(np.max(np.abs(gradient) / np.maximum(size, 1e-300), initial=0.0))

@@ -15,6 +15,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import FINEST
+from physident.large_arrays import steps
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -98,7 +99,8 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
         total = max(float(power.sum()), 1e-300)
         worth = len(r) / memory[j]
         orders = np.arange(1, 41)
-        lines = np.abs(np.exp(-1j * orders[:, None] * q[:, j]) @ r) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
+        waves = np.sum([np.exp(-1j * orders[:, None] * q[some, j]) @ r[some] for some in steps(len(r))], axis=0)
+        lines = np.abs(waves) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
         top = int(np.argmax(lines))
         clock = regressor.time - regressor.time[0]
         by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -18,7 +17,7 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
 from physident.diagnosis.statistics.left_out_gains import evidence_of, left_out_gains
-from physident.diagnosis.statistics.left_out_residuals import block_costs, reduction_percent, standard_error
+from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.classification import Family
 
 Array = NDArray[np.float64]
@@ -99,7 +98,7 @@ def smaller_of_family(rest: Hypothesis, first: AcceptedEffect, threshold: float)
         if not smaller:
             return ()
         data = replace(now.data, candidates=smaller)
-        gains = left_out_gains(data, now.baseline, now.fit, data.response[:, :, None]).evidence[:, 0]
+        gains = left_out_gains(data, now.baseline, now.fit, products=now.products).evidence[:, 0]
         best = smaller[int(np.argmax(gains))]
         if gains.max() < threshold or not is_admissible(now, best):
             return ()
@@ -140,15 +139,14 @@ def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
 def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights: Array | None = None) -> Array:
     """Squared left-out residual (G, n) of each block, with a candidate or without any, in units of the hypothesis' noise
     or by other ``weights`` (n,)."""
-    labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     weights = hypothesis.fit.weights if weights is None else weights
     if candidate is None:
-        return block_costs(hypothesis.left_out_fits.residual(), weights, labels)
+        return weights**2 * hypothesis.left_out_squares
     if candidate.key not in hypothesis.left_out:
-        options = [hypothesis.data.columns(option.columns) for option in candidate.options]
-        priors = [np.full(len(option.columns), option.prior) for option in candidate.options]
-        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.residual(options, priors)
-    return block_costs(hypothesis.left_out[candidate.key], weights, labels)
+        options = [option.columns for option in candidate.options]
+        priors = [option.prior for option in candidate.options]
+        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.squares_of_blocks(options, priors)
+    return weights**2 * hypothesis.left_out[candidate.key]
 
 
 def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array) -> bool:

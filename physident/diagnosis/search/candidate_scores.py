@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,11 +12,14 @@ from numpy.typing import NDArray
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
-from physident.diagnosis.statistics.left_out_gains import LeftOutGains, left_out_gains
+from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, left_out_gains
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
+from physident.large_arrays import blocks, steps
 
 Array = NDArray[np.float64]
+AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
+FEWEST = 24  # surrogates at least: the rows are read once for each such group
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,34 +49,40 @@ class CandidateScores:
 def rescore_candidates(hypothesis: Hypothesis, before: CandidateScores) -> CandidateScores:
     """Score every candidate beside a hypothesis against the thresholds of earlier scores, without new surrogates."""
     data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
-    response = data.response[:, :, None]
-    scores = left_out_gains(data, baseline, fit, response)
+    scores = left_out_gains(data, baseline, fit, products=hypothesis.products)
     return replace(
         before,
         hypothesis=hypothesis,
         gain=scores.evidence[:, 0],
         evidence_without_best_fold=scores.evidence_without_best_fold[:, 0],
         visible_share=_visible(hypothesis, scores),
-        contact=scan_contacts(hypothesis, response),
+        contact=scan_contacts(hypothesis, data.response[:, :, None], hypothesis.products.By[..., None]),
     )
 
 
 def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     """Score every candidate beside a hypothesis, and surrogates of its residual in the same way."""
-    data, baseline, fit = hypothesis.data, hypothesis.baseline, hypothesis.fit
-    responses = np.concatenate([data.response[:, :, None], surrogate_responses(hypothesis)], axis=2)
-    scores = left_out_gains(data, baseline, fit, responses)
-    visible = _visible(hypothesis, scores)
-    stable, contact = scores.evidence_without_best_fold, scan_contacts(hypothesis, responses)
+    data, products = hypothesis.data, hypothesis.products
+    judge = Judge(data, hypothesis.baseline, hypothesis.fit, products)
+    own = judge.gains()
+    visible = _visible(hypothesis, own)
+    contact = scan_contacts(hypothesis, data.response[:, :, None], products.By[..., None])
+    chance, pushes, weaker = [], [], []
+    for responses in surrogate_pieces(hypothesis):
+        drawn = judge.products_with(responses)
+        chance.append(judge.gains(drawn).evidence_without_best_fold)
+        scan = scan_contacts(hypothesis, responses, drawn.By)
+        pushes.append(scan.evidence)
+        weaker.append(scan.evidence_without_best_joint)
     return CandidateScores(
         hypothesis=hypothesis,
-        gain=scores.evidence[:, 0],
-        evidence_without_best_fold=stable[:, 0],
+        gain=own.evidence[:, 0],
+        evidence_without_best_fold=own.evidence_without_best_fold[:, 0],
         visible_share=visible,
-        threshold=effect_threshold(stable[:, 1:], visible),
+        threshold=effect_threshold(np.concatenate(chance, axis=1), visible),
         contact=contact,
-        contact_threshold=contact_threshold(contact.evidence[1:]),
-        contact_threshold_without_best_joint=contact_threshold(contact.evidence_without_best_joint[1:]),
+        contact_threshold=contact_threshold(np.concatenate(pushes)),
+        contact_threshold_without_best_joint=contact_threshold(np.concatenate(weaker)),
     )
 
 
@@ -84,12 +95,27 @@ def _visible(hypothesis: Hypothesis, scores: LeftOutGains) -> Array:
 
 def surrogate_responses(hypothesis: Hypothesis) -> Array:
     """Responses (M, n, S) without any effect: noise like the residual, and parameters as uncertain as the model's are."""
+    return np.concatenate(list(surrogate_pieces(hypothesis)), axis=2)
+
+
+def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
+    """The same responses (M, n, s), as many at a time as fit into the memory that a search may take."""
     problem, now = hypothesis.problem, hypothesis.fit
-    noise = phase_randomised(now.residual / now.deflation, hypothesis.data.regressor.segment, SURROGATES, problem.seed)
     known = np.flatnonzero(problem.freedom.prior > 0)
+    rng = np.random.default_rng([problem.seed, 11])
+    x = np.zeros((len(hypothesis.baseline.prior), SURROGATES))
     if len(known):
-        rng = np.random.default_rng([problem.seed, 11])
-        x = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
-        for j, B in enumerate(hypothesis.baseline.joints):
-            noise[:, j] += B[:, known] @ x
-    return noise * hypothesis.data.regressor.counted[:, :, None]
+        x[known] = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
+    residual, segment, counted = (
+        now.residual / now.deflation,
+        hypothesis.data.regressor.segment,
+        hypothesis.data.regressor.counted,
+    )
+    count = min(SURROGATES, max(FEWEST, AT_ONCE // residual.nbytes))
+    for some in blocks(SURROGATES, math.ceil(SURROGATES / math.ceil(SURROGATES / count))):
+        noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)
+        for rows in steps(len(noise)):
+            if len(known):
+                noise[rows] += hypothesis.baseline.some_torque(rows, x[:, some])
+            noise[rows] *= counted[rows][:, :, None]
+        yield noise

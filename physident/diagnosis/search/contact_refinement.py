@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.shape_refinement import GainEvaluator
 from physident.effects.contact import PIECE, Contact
 
-Array = NDArray[np.float64]
 EDGES = np.arange(-5, 6) * 0.05  # s: by which a found start is moved to fit best
 # s: by which both ends of a steady push are moved, coarsely, then finely
 STEADY = (np.arange(-10, 11) * 0.1, np.arange(-5, 6) * 0.01)
@@ -62,14 +61,14 @@ def _with_best_ends(effect: Contact, value: Callable[[Contact], float]) -> Conta
     return effect
 
 
-def _without_pauses(effect: Contact, evaluator: GainEvaluator, columns: Sequence[Array], price: float) -> Contact:
+def _without_pauses(effect: Contact, evaluator: GainEvaluator, columns: Columns, price: float) -> Contact:
     """The contact without the pieces, pauses between two pushes, whose force explains less than its ``price``."""
     pieces, whole = effect.pieces(), evaluator.gain(columns)
     kept = [
         piece
         for k, piece in enumerate(pieces)
         if len(pieces) == 1
-        or whole - evaluator.gain([np.delete(c, np.s_[3 * k : 3 * k + 3], axis=1) for c in columns]) > price
+        or whole - evaluator.gain(Columns.of([np.delete(c, np.s_[3 * k : 3 * k + 3], axis=1) for c in columns])) > price
     ]
     merged: list[tuple[float, float]] = []
     for start, end in kept:

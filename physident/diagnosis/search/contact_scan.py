@@ -12,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import STIFF, Candidate, Option
-from physident.diagnosis.problem.search_data import OUTSIDE
+from physident.diagnosis.problem.search_data import OUTSIDE, rows_of
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.baseline_products import response_products
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
-from physident.effects.contact import PIECE, Contact, tool_jacobian
+from physident.effects.contact import PIECE, Contact
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
 PHASES = (0.0, PIECE / 2)  # s: where windows begin; an edge is then at most an eighth of a second off
 LONGEST = 0.5  # of a recording: what lasts longer is no passing contact but a change of the arm
+WINDOWS = 1 << 22  # numbers of responses in windows that are worked on at once
 CONTACT = Candidate("contact", (), (Option(None, ()),))
 
 
@@ -42,26 +45,29 @@ class ContactScan:
     joint_reduction: float
 
 
-def scan_contacts(hypothesis: Hypothesis, responses: Array) -> ContactScan:
-    """The best contact for each of some responses (M, n, S) beside a hypothesis' baseline."""
+def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None = None) -> ContactScan:
+    """The best contact for each of some responses (M, n, S) beside a hypothesis' baseline.
+
+    ``slopes`` (F, n, R, S) are the products of the baseline with the responses over each fold, where they are known.
+    """
     fit, regressor = hypothesis.fit, hypothesis.data.regressor
-    residual = _residual(hypothesis, responses) * fit.weights[:, None]
-    before = np.einsum("mjs,mjs->js", residual, residual)
+    residual = _residual(hypothesis, responses, slopes)
+    residual *= fit.weights[:, None]
+    before = np.stack([np.einsum("ms,ms->s", part, part) for part in residual.transpose(1, 0, 2)])
     best, gain = np.full(residual.shape[2], -np.inf), np.zeros(before.shape)
     effect, windows, reduction = Contact(), np.zeros((0, len(fit.weights))), 0.0
+    J = hypothesis.problem.jacobians
     for index, signals in enumerate(hypothesis.problem.signals):
-        rows = regressor.recording == index
+        rows = rows_of(regressor.recording, index)
         time = regressor.time[rows] - signals.origin
-        at = np.clip(np.searchsorted(signals.time, regressor.time[rows]), 0, len(signals.time) - 1)
-        J = tool_jacobian(hypothesis.problem.model.robot, signals.q[at]) * fit.weights
-        J = J * (hypothesis.problem.weights * regressor.counted)[rows][:, None, :]
         for phase in PHASES:
             start = np.floor(time[0] / PIECE) * PIECE + phase
             label = np.floor((time - start) / PIECE).astype(int)
-            gains_of_windows = _windows(J[label >= 0], residual[rows][label >= 0], label[label >= 0])
+            from_first = slice(rows.start + int(np.searchsorted(label, 0)), rows.stop)
+            gains_of_windows = _windows(J[from_first] * fit.weights, residual[from_first], label[label >= 0])
             first, last = _intervals(gains_of_windows.sum(axis=1))
-            sums = np.concatenate([np.zeros((1, *gains_of_windows.shape[1:])), np.cumsum(gains_of_windows, axis=0)])
             every = np.arange(residual.shape[2])
+            sums = np.concatenate([np.zeros((1, *gains_of_windows.shape[1:])), np.cumsum(gains_of_windows, axis=0)])
             found = sums[last, :, every].T - sums[first, :, every].T
             better = found.sum(axis=0) > best
             best, gain = np.where(better, found.sum(axis=0), best), np.where(better, found, gain)
@@ -81,53 +87,68 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array) -> ContactScan:
     )
 
 
-def _residual(hypothesis: Hypothesis, responses: Array) -> Array:
+def _residual(hypothesis: Hypothesis, responses: Array, slopes: Array | None) -> Array:
     """What the baseline leaves of responses (M, n, S) in each fold when it is fitted to the others; in gaps, to all.
 
     A contact lies inside a fold: a baseline that was fitted to its rows would have taken a part of it.
     """
-    weights, joints, fold = hypothesis.fit.weights, hypothesis.baseline.joints, hypothesis.data.fold
-    residual, sums = np.empty_like(responses), {}
-    for f in np.unique(fold):
-        rows = fold == f
-        parts = [w * B[rows] for w, B in zip(weights, joints, strict=True)]
-        slopes = [B.T @ (w * responses[rows, j]) for j, (w, B) in enumerate(zip(weights, parts, strict=True))]
-        sums[f] = rows, np.sum([B.T @ B for B in parts], axis=0), np.sum(slopes, axis=0)
-    total = np.sum([slope for _, _, slope in sums.values()], axis=0)
-    for f, (rows, inner, slope) in sums.items():
-        left_out = (0.0, 0.0) if f == OUTSIDE else (inner, slope)
-        x = pseudo_inverse(hypothesis.fit.normal - left_out[0]) @ (total - left_out[1])
-        residual[rows] = responses[rows] - np.stack([B[rows] @ x for B in joints], axis=1)
+    squares, products = hypothesis.fit.weights**2, hypothesis.products
+    own = products.own
+    slopes = response_products(products, responses).By if slopes is None else slopes
+    weighted, inner = np.tensordot(squares, slopes, (0, 1)), np.tensordot(squares, products.BB, (0, 1))
+    total, x = weighted.sum(axis=0), []
+    for label, BB, slope in zip(own.labels, inner, weighted, strict=True):
+        left_out = (0.0, 0.0) if label == OUTSIDE else (BB, slope)
+        x.append(pseudo_inverse(hypothesis.fit.normal - left_out[0]) @ (total - left_out[1]))
+    residual = np.empty_like(responses)
+    for part in own.each_part():
+        torque = hypothesis.baseline.some_torque(part.rows, x[own.index[part.fold]])
+        np.subtract(responses[part.rows], torque, out=residual[part.rows])
     return residual
 
 
 def _windows(J: Array, residual: Array, label: NDArray[np.intp]) -> Array:
     """Gain (W, n, S) of each joint in each window, by the force fitted to all other joints."""
-    W, n = label[-1] + 1, residual.shape[1]
+    W, n, S = label[-1] + 1, residual.shape[1], residual.shape[2]
     edges = np.searchsorted(label, np.arange(W + 1))
-    A, b = np.zeros((W, n, 3, 3)), np.zeros((W, n, 3, residual.shape[2]))
-    for w in range(W):
-        rows = slice(edges[w], edges[w + 1])
-        A[w] = np.einsum("mij,mkj->jik", J[rows], J[rows])
-        b[w] = np.einsum("mij,mjs->jis", J[rows], residual[rows])
-    others = A.sum(axis=1, keepdims=True) - A + STIFF * np.eye(3)
-    force = np.linalg.solve(others, b.sum(axis=1, keepdims=True) - b)
-    return 2 * np.einsum("wjis,wjis->wjs", force, b) - np.einsum("wjis,wjis->wjs", force, A @ force)
+    gain = np.zeros((W, n, S))
+    longest = int(np.diff(edges).max())
+    for some in blocks(W, max(1, WINDOWS // (longest * n * S))):
+        first, last = edges[some.start], edges[some.stop]
+        # windows as rows of equal length, filled up with zeros
+        if first == last:
+            continue
+        at = edges[some][:, None] + np.arange(longest)
+        inside = at < edges[some.start + 1 : some.stop + 1][:, None]
+        at = np.where(inside, at, first) - first
+        A = (J[first:last][at] * inside[:, :, None, None]).transpose(0, 3, 2, 1)  # (w, n, 3, rows)
+        b = A @ residual[first:last][at].transpose(0, 2, 1, 3)
+        A = A @ A.transpose(0, 1, 3, 2)
+        others = A.sum(axis=1, keepdims=True) - A + STIFF * np.eye(3)
+        force = np.linalg.solve(others, b.sum(axis=1, keepdims=True) - b)
+        gain[some] = np.sum(force * (2 * b - A @ force), axis=2)
+    return gain
 
 
 def _intervals(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First and last + 1 window (S,) of the run with the largest sum of gains (W, S)."""
+    """First and last + 1 window (S,) of the run with the largest sum of gains (W, S), the shortest and first of equal ones."""
+    from scipy.ndimage import minimum_filter1d
+
     W, S = gain.shape
+    longest = max(1, int(LONGEST * W))
     sums = np.concatenate([np.zeros((1, S)), np.cumsum(gain, axis=0)])
-    best, first, last = np.full(S, -np.inf), np.zeros(S, dtype=np.intp), np.zeros(S, dtype=np.intp)
-    for length in range(1, max(2, int(LONGEST * W) + 1)):
-        runs = sums[length:] - sums[:-length]
-        top = np.argmax(runs, axis=0)
-        value = runs[top, np.arange(S)]
-        better = value > best
-        best, first, last = (
-            np.where(better, value, best),
-            np.where(better, top, first),
-            np.where(better, top + length, last),
-        )
+    # the smallest sum among the `longest` ones before each
+    size = longest
+    padded = np.concatenate([np.full((size, S), np.inf), sums[:-1]])
+    least = minimum_filter1d(padded, size, axis=0, origin=(size - 1) // 2, mode="nearest")[size:]
+    value = sums[1:] - least
+    first, last = np.zeros(S, dtype=np.intp), np.zeros(S, dtype=np.intp)
+    for s, top in enumerate(value.max(axis=0)):
+        found = []
+        for end in np.flatnonzero(value[:, s] == top) + 1:
+            begin = max(0, end - longest)
+            at = np.flatnonzero(sums[begin:end, s] == least[end - 1, s])[-1] + begin
+            found.append((end - at, at))
+        length, first[s] = min(found)
+        last[s] = first[s] + length
     return first, last

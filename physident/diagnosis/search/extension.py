@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -43,15 +45,20 @@ def extend(model: Model, effects: Sequence[Effect], changes: Sequence[Array]) ->
 
 def _home(model: Model, effect: Effect) -> NDArray[np.intp] | None:
     """Where the effect's columns stand in the model's theta, or None where it has no such effect."""
-    wanted = [c.name for c in effect.columns(model.robot)]
+    wanted = _names(effect, model.robot)
     at = 0
     for present in model.effects:
-        names = [c.name for c in present.columns(model.robot)]
+        names = _names(present, model.robot)
         same = present.name == effect.name and getattr(present, "recording", "") == getattr(effect, "recording", "")
         if same and set(wanted) <= set(names):
             return np.array([at + names.index(name) for name in wanted], dtype=np.intp)
         at += len(names)
     return None
+
+
+@lru_cache(maxsize=4096)  # asked for in every step of every search
+def _names(effect: Effect, robot: Robot) -> tuple[str, ...]:
+    return tuple(column.name for column in effect.columns(robot))
 
 
 def _merged(effects: Sequence[Effect]) -> list[Effect]:

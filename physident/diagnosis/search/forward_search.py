@@ -76,7 +76,8 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         accepted = kept
     assert first is not None
     assert last is not None
-    last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))  # what was replaced may be a rival
+    if last.hypothesis.problem is not problem:  # what was replaced may be a rival
+        last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))
     overfull = _count(problem, last.hypothesis.accepted) > HANDFUL
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
 
@@ -181,7 +182,7 @@ def _evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) ->
     data = replace(hypothesis.data, candidates=(candidate,))
     if hypothesis.problem.is_friction_of_resting_joint(candidate):
         return 0.0
-    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, data.response[:, :, None])
+    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, products=hypothesis.products)
     if gains.visible[0] < VISIBLE:
         return 0.0
     return float(gains.evidence_without_best_fold[0, 0])

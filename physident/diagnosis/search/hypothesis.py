@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import Fit, fit_baseline
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, prior_precision
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
 from physident.diagnosis.search.extension import Extension, extend
+from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.rest import rest_rows
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
@@ -42,13 +45,23 @@ class Hypothesis:
     refined: dict[tuple[str, tuple[int, ...]], Effect] = field(default_factory=dict, init=False)  # by candidate
     left_out: dict[tuple[str, tuple[int, ...]], Array] = field(
         default_factory=dict, init=False
-    )  # residuals, by candidate
+    )  # squared residuals of blocks, by candidate
     contradictions: dict[tuple[str, tuple[int, ...]], str | None] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def products(self) -> BaselineProducts:
+        """The products of the baseline's columns, from which gains and costs are computed."""
+        return BaselineProducts(self.data, self.baseline)
 
     @cached_property
     def left_out_fits(self) -> LeftOutFits:
         """The same baseline fitted outside each fold."""
-        return LeftOutFits(self.data, self.baseline, self.fit.weights)
+        return LeftOutFits(self.data, self.baseline, self.fit.weights, self.products)
+
+    @cached_property
+    def left_out_squares(self) -> Array:
+        """Squared residual (G, n) [(N m)^2] of each block, of the baseline fitted outside its fold."""
+        return self.left_out_fits.squares_of_blocks()
 
     @property
     def _model_values(self) -> int:
@@ -87,16 +100,25 @@ class Hypothesis:
 
     def with_effect(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""
-        baseline = self.baseline.joined(self.problem.columns(effect, self.model), prior_precision(effect))
+        baseline = self.baseline.joined(self.columns(candidate, effect), prior_precision(effect))
         accepted = (*self.accepted, AcceptedEffect(candidate, effect))
-        return replace(self, accepted=accepted, baseline=baseline, fit=fit_baseline(self.data, baseline))
+        fit = fit_baseline(self.data, baseline, BaselineProducts(self.data, baseline).equations)
+        return replace(self, accepted=accepted, baseline=baseline, fit=fit)
+
+    def columns(self, candidate: Candidate, effect: Effect) -> Columns:
+        """The columns of a candidate's effect, those of the data where it is one of its options."""
+        return columns_beside(self.problem, self.data, self.model, candidate, effect)
 
     def is_near(self, model: Model) -> bool:
         """Whether candidates' columns by the hypothesis' model serve as well as by another one, to search among them."""
         for before, after in zip(self.problem.referred(self.model), self.problem.referred(model), strict=True):
             for name in ("load", "motor"):
                 old, new = before.from_model(name), after.from_model(name)
-                if (np.linalg.norm(new - old, axis=0) > NEAR * np.linalg.norm(old, axis=0)).any():
+                apart, size = np.zeros(old.shape[1]), np.zeros(old.shape[1])
+                for some in blocks(len(old)):
+                    apart += ((new[some] - old[some]) ** 2).sum(axis=0)
+                    size += (old[some] ** 2).sum(axis=0)
+                if (apart > NEAR**2 * size).any():
                     return False
         return True
 
@@ -135,17 +157,32 @@ def state_hypothesis(
         candidates.pop(key, None)
     contacts = [one.effect for one in accepted if isinstance(one.effect, Contact)]
     data = replace(data, candidates=tuple(candidates.values()), fold=_without_contacts(problem, contacts))
-    baseline = problem.freedom.baseline(data.regressor)
+    baseline = problem.baseline(data)
     for one in accepted:
-        baseline = baseline.joined(problem.columns(one.effect, model), prior_precision(one.effect))
+        columns = columns_beside(problem, data, model, one.candidate, one.effect)
+        baseline = baseline.joined(columns, prior_precision(one.effect))
     return Hypothesis(
         problem=problem,
         accepted=tuple(accepted),
         model=model,
         data=data,
         baseline=baseline,
-        fit=fit_baseline(data, baseline),
+        fit=fit_baseline(data, baseline, BaselineProducts(data, baseline).equations),
     )
+
+
+def columns_beside(
+    problem: DiagnosisProblem, data: SearchData, model: Model, candidate: Candidate, effect: Effect
+) -> Columns:
+    """The columns of a candidate's effect beside the ``data`` of a model, which hold them where the effect is an option."""
+    known: dict[Effect, Columns] = data.kept.setdefault("columns", {})
+    if effect in known:
+        return known[effect]
+    for option in candidate.options:
+        if option.effect == effect and len(option.columns):
+            known[effect] = data.columns(option.columns)
+            return known[effect]
+    return problem.columns(effect, model)
 
 
 def _without_contacts(problem: DiagnosisProblem, contacts: Sequence[Contact]) -> NDArray[np.intp]:

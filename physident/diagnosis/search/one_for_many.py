@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.problem.folds import blocks
-from physident.diagnosis.search.acceptance import is_admissible, is_as_good
+from physident.diagnosis.search.acceptance import is_admissible, is_as_good, left_out_costs
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
-from physident.diagnosis.statistics.left_out_residuals import block_costs
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts, store_products
@@ -134,9 +132,7 @@ def _length(hypothesis: Hypothesis, present: Sequence[AcceptedEffect]) -> _Lengt
 
 def _is_as_good(before: Hypothesis, beside: Hypothesis, candidate: Candidate) -> bool:
     """Whether left-out rows do not object to one candidate in the place of one effect of more numbers."""
-    labels = blocks(before.data, float(before.fit.memory.max()))
-    cost = block_costs(before.left_out_fits.residual(), before.fit.weights, labels)
-    return is_as_good(beside, candidate, cost, before.fit.weights)
+    return is_as_good(beside, candidate, left_out_costs(before, None), before.fit.weights)
 
 
 def _shortest(length: _Length, new: Chosen, movable: Collection[Key]) -> tuple[float, set[Key]]:

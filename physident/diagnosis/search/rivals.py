@@ -20,6 +20,7 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 
@@ -43,10 +44,9 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence
     hypothesis = last.hypothesis
     others = [a for a in hypothesis.accepted if a is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
-    response = rest.data.response[:, :, None]
     if accepted.candidate is CONTACT:
-        return RivalCheck(accepted, float(scan_contacts(rest, response).evidence[0]), ())
-    gains = left_out_gains(rest.data, rest.baseline, rest.fit, response).evidence[:, 0]
+        return RivalCheck(accepted, float(scan_contacts(rest, rest.data.response[:, :, None]).evidence[0]), ())
+    gains = left_out_gains(rest.data, rest.baseline, rest.fit, products=rest.products).evidence[:, 0]
     candidates, weights = rest.data.candidates, hypothesis.fit.weights
     accepted_candidate = next(c for c in candidates if c.key == accepted.candidate.key)
     rivals, cost = [], left_out_costs(rest, accepted_candidate, weights)
@@ -67,29 +67,19 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence
 
 def _contains(rest: Hypothesis, other: Candidate, accepted: AcceptedEffect) -> bool:
     """Whether a larger candidate imitates the accepted effect because it contains it."""
-    weights = rest.fit.weights
-    inside = rest.baseline.joined(rest.problem.columns(refine_shape(rest, other), rest.model))
-    columns = rest.problem.columns(accepted.effect, rest.model)
-    values = _value(rest, columns)
-    torque = [w * (c @ values) for w, c in zip(weights, columns, strict=True)]
-
-    def left(baseline_joints: tuple[Array, ...], prior: Array) -> float:
-        B = [w * columns for w, columns in zip(weights, baseline_joints, strict=True)]
-        H = np.sum([columns.T @ columns for columns in B], axis=0) + np.diag(prior)
-        slope = np.sum([columns.T @ t for columns, t in zip(B, torque, strict=True)], axis=0)
-        return float(sum(t @ t for t in torque) - slope @ pseudo_inverse(H) @ slope)
-
-    before = left(rest.baseline.joints, rest.baseline.prior)
-    return left(inside.joints, inside.prior) < CONTAINED * before
-
-
-def _value(rest: Hypothesis, columns: list[Array]) -> Array:
-    """The values (k,) of columns that join a hypothesis' baseline."""
-    weights = rest.fit.weights
-    C = [w * joint for w, joint in zip(weights, columns, strict=True)]
-    B = [w * joint for w, joint in zip(weights, rest.baseline.joints, strict=True)]
-    cross = np.sum([b.T @ c for b, c in zip(B, C, strict=True)], axis=0)
-    inner = np.sum([c.T @ c for c in C], axis=0)
-    slope = np.sum([c.T @ (w * r) for c, w, r in zip(C, weights, rest.fit.residual.T, strict=True)], axis=0)
+    columns = rest.columns(accepted.candidate, accepted.effect)
+    inner, cross, slope = (_weighted(rest, part) for part in rest.products.with_columns(columns))
     root = whitening(inner[None], (inner - cross.T @ pseudo_inverse(rest.fit.normal) @ cross)[None])[0]
-    return root @ (root.T @ slope)
+    values = root @ (root.T @ (slope - cross.T @ rest.fit.x))  # with which the effect joins the baseline
+    power, pull = float(values @ inner @ values), cross @ values
+    more = rest.columns(other, refine_shape(rest, other))
+    beside = BaselineProducts(rest.data, rest.baseline.joined(more))
+    H = np.tensordot(rest.fit.weights**2, beside.equations.squares, 1) + np.diag(beside.baseline.prior)
+    both = _weighted(rest, beside.with_columns(columns)[1]) @ values
+    before = power - pull @ pseudo_inverse(rest.fit.normal) @ pull
+    return bool(power - both @ pseudo_inverse(H) @ both < CONTAINED * before)
+
+
+def _weighted(rest: Hypothesis, products: Array) -> Array:
+    """Products (n, ...) summed over the joints by their weights."""
+    return np.tensordot(rest.fit.weights**2, products, 1)

@@ -19,6 +19,7 @@ from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import whitening
 from physident.dynamics.regressor import Regressor, build_regressor
+from physident.large_arrays import limits, magnitude
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -66,11 +67,13 @@ def same_torque(hypothesis: Hypothesis) -> dict[tuple[str, tuple[int, ...]], lis
 
 def random_motion(problem: DiagnosisProblem) -> Signals:
     """A motion of all joints through the ranges that the recordings show, as fast as in them, and out of step."""
-    q, v = (np.concatenate([getattr(one, name) for one in problem.signals]) for name in ("q", "v"))
-    middle, half = (q.max(axis=0) + q.min(axis=0)) / 2, (q.max(axis=0) - q.min(axis=0)) / 2
+    ends = np.array([limits(one.q) for one in problem.signals])
+    low, high = ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)
+    middle, half = (high + low) / 2, (high - low) / 2
+    speed = np.max([magnitude(one.v) for one in problem.signals], axis=0)
     rng = np.random.default_rng([problem.seed, 47])
     cutoff = problem.filter.cutoff
-    fastest = np.minimum(np.abs(v).max(axis=0) / np.maximum(half, 1e-9), np.pi * cutoff)  # rad/s of a sine
+    fastest = np.minimum(speed / np.maximum(half, 1e-9), np.pi * cutoff)  # rad/s of a sine
     rate = RATE * cutoff
     time = np.arange(round(DURATION * rate)) / rate
     omega = fastest * rng.uniform(0.3, 1.0, (PARTS, len(half)))

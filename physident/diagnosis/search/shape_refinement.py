@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.effects.effect import Effect
@@ -29,7 +30,7 @@ def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
     if len(effects) == 1:
         return effects[0]
     evaluator = GainEvaluator(hypothesis)
-    found = [evaluator.gain(hypothesis.data.columns(option.columns)) for option in candidate.options]
+    found = evaluator.gains([option.columns for option in candidate.options])
     top = int(np.argmax(found))
     best = effects[top]
     shape = next((s for s in best.shape_parameters if getattr(best, s.field) is not None), None)
@@ -45,7 +46,7 @@ def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
         return replace(best, **{shape.field: (value,)})
 
     def loss(logarithm: float) -> float:
-        return -evaluator.gain(hypothesis.problem.fresh_columns(at_value(float(np.exp(logarithm))), hypothesis.model))
+        return -evaluator.gain(hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model))
 
     bounds = (np.log(low), np.log(high))
     answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})
@@ -56,20 +57,30 @@ class GainEvaluator:
     """The gain of columns on all rows beside a hypothesis' baseline, refitted with ``weights`` (n,), its own unless given."""
 
     def __init__(self, hypothesis: Hypothesis, weights: Array | None = None) -> None:
-        self.weights = hypothesis.fit.weights if weights is None else weights
-        self.joints, response = hypothesis.baseline.joints, hypothesis.data.response
-        squares = [B.T @ B for B in self.joints]
-        slopes = [B.T @ y for B, y in zip(self.joints, response.T, strict=True)]
-        self.inverse = pseudo_inverse(np.tensordot(self.weights**2, squares, 1) + np.diag(hypothesis.baseline.prior))
-        x = self.inverse @ np.tensordot(self.weights**2, slopes, 1)
-        self.residual = response - np.column_stack([B @ x for B in self.joints])
+        self.products = hypothesis.products
+        self.squares = (hypothesis.fit.weights if weights is None else weights) ** 2
+        equations = self.products.equations
+        normal = np.tensordot(self.squares, equations.squares, 1) + np.diag(hypothesis.baseline.prior)
+        self.inverse = pseudo_inverse(normal)
+        self.x = self.inverse @ np.tensordot(self.squares, equations.slopes, 1)
 
-    def gain(self, columns: Sequence[Array]) -> float:
+    def gains(self, options: Sequence[tuple[int, ...]]) -> Array:
+        """By how much the squared weighted residual falls with each of some options (O,) of the data's columns (O, k)."""
+        at = np.array(options, dtype=np.intp)
+        inner, cross, slope = (
+            np.asarray(np.tensordot(self.squares, part.sum(axis=0), 1), dtype=float)
+            for part in (self.products.CC(at), self.products.BC(at.ravel()), self.products.Cy(at.ravel()))
+        )
+        return self._of(inner, cross.reshape(len(self.x), *at.shape), slope.reshape(at.shape))
+
+    def gain(self, columns: Columns) -> float:
         """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
-        squares = self.weights**2
-        inner = np.tensordot(squares, [c.T @ c for c in columns], 1)
-        slope = np.tensordot(squares, [c.T @ r for c, r in zip(columns, self.residual.T, strict=True)], 1)
-        cross = np.tensordot(squares, [B.T @ c for B, c in zip(self.joints, columns, strict=True)], 1)
-        outside = inner - cross.T @ self.inverse @ cross
-        root = whitening(np.asarray(inner)[None], np.asarray(outside)[None])[0]
-        return float(np.sum((root.T @ slope) ** 2))
+        inner, cross, slope = (np.tensordot(self.squares, part, 1) for part in self.products.with_columns(columns))
+        return float(self._of(inner[None], cross[:, None], slope[None])[0])
+
+    def _of(self, inner: Array, cross: Array, slope: Array) -> Array:
+        """Gains (O,) from weighted products of options with themselves (O, k, k), the baseline (R, O, k) and the response (O, k)."""
+        Z = np.tensordot(self.inverse, cross, 1)
+        root = whitening(inner, inner - np.einsum("rok,rol->okl", cross, Z))
+        left = slope - np.einsum("rok,r->ok", cross, self.x)
+        return np.sum(np.einsum("okl,ok->ol", root, left) ** 2, axis=1)

@@ -17,6 +17,7 @@ from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability.half_search import search_half
 from physident.diagnosis.statistics.stored_products import Key, store_products
 from physident.identifiability.visibility import VISIBLE
+from physident.processes import mapped
 
 PAIRS = SEARCHES // 2
 # by theorem 1 of the source, of effects that a search on a half finds with probability p or less, at most 5 p times as many
@@ -49,12 +50,11 @@ def stability_of(
     if stored.units < FEWEST_UNITS:
         return result
     rng = np.random.default_rng([hypothesis.problem.seed, 43])
-    found: list[set[Key]] = []
+    halves, half = [], stored.units // 2
     for _ in range(PAIRS):
         order = rng.permutation(stored.units)
-        half = stored.units // 2
-        for units in (order[:half], order[half : 2 * half]):
-            found.append(search_half(stored, units, hypothesis, HALF * last.threshold))
+        halves += [order[:half], order[half : 2 * half]]
+    found = mapped(lambda units: search_half(stored, units, hypothesis, HALF * last.threshold), halves)
     for check in checks:
         same = {check.accepted.candidate.key, *(rival.key for rival in (*check.rivals, *check.same))}
         result[check.accepted.candidate.key] = sum(bool(same & keys) for keys in found) / len(found)

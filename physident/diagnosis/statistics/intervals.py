@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.folds import blocks
-from physident.diagnosis.problem.search_data import OUTSIDE
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
+from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.estimation.uncertainty import t_quantile
 
@@ -36,18 +36,21 @@ def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
         if slopes is not None:
             shaped.append(a.candidate.key)
             baseline = baseline.joined(slopes)
-    weights, residual = hypothesis.fit.weights, hypothesis.fit.residual
-    labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
-    B = np.stack([w * columns for w, columns in zip(weights, baseline.joints, strict=True)], axis=1)
-    r = residual * weights
-    rows = [np.flatnonzero(labels == b) for b in np.unique(labels[labels != OUTSIDE])]
-    normals = [np.einsum("mjr,mjs->rs", B[block], B[block], optimize=True) for block in rows]
-    scores = [np.einsum("mjr,mj->r", B[block], r[block]) for block in rows]
+    products, squares = BaselineProducts(hypothesis.data, baseline), hypothesis.fit.weights**2
+    own, R = products.own, len(hypothesis.fit.x)
+    G, every = len(own.blocks), len(baseline.prior)
+    normals, scores = np.zeros((G, every, every)), np.zeros((G, every))
+    for joint, square in zip(products.units, squares, strict=True):
+        part = square * joint.products[own.blocks]
+        normals[:, joint.places[:, None], joint.places] += part[:, :-1, :-1]
+        known = joint.places < R
+        scores[:, joint.places] += (
+            part[:, :-1, -1] - part[:, :-1, :-1][:, :, known] @ hypothesis.fit.x[joint.places[known]]
+        )
     prior = np.diag(baseline.prior)
-    H = np.sum(normals, axis=0) + prior
+    H = normals.sum(axis=0) + prior
     moved = np.array([pseudo_inverse(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])
     inverse = pseudo_inverse(H)
-    G = len(rows)
     covariance = moved.T @ moved * (G - 1) / G + inverse @ prior @ inverse
     R = len(hypothesis.fit.x)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[R:]
@@ -79,15 +82,15 @@ def _field(accepted: AcceptedEffect) -> str | None:
     return None
 
 
-def _slope(hypothesis: Hypothesis, accepted: AcceptedEffect, values: Array) -> list[Array] | None:
+def _slope(hypothesis: Hypothesis, accepted: AcceptedEffect, values: Array) -> Columns | None:
     """How the effect's torque (M, 1) in each joint's rows moves with the logarithm of its shape."""
     field = _field(accepted)
     if field is None:
         return None
     value = getattr(accepted.effect, field)[0]
-    sides = [
-        hypothesis.problem.columns(replace(accepted.effect, **{field: (value * factor,)}), hypothesis.model)
+    up, down = [
+        hypothesis.problem.fresh_columns(replace(accepted.effect, **{field: (value * factor,)}), hypothesis.model)
         for factor in (1 + STEP, 1 / (1 + STEP))
     ]
-    width = 2 * np.log(1 + STEP)
-    return [((up - down) @ values / width)[:, None] for up, down in zip(*sides, strict=True)]
+    slope = (up.torque(values) - down.torque(values)) / (2 * np.log(1 + STEP))
+    return Columns.of([column[:, None] for column in slope.T])

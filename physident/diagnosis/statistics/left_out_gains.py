@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import Fit
 from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchData
-from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
+from physident.diagnosis.statistics.baseline_products import BaselineProducts, ResponseProducts, response_products
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.split import Class, Split, WeightedProducts, WeightedResponses
 
 Array = NDArray[np.float64]
 
@@ -62,129 +64,90 @@ def evidence_of(before: Array, gain: Array, worth: Array) -> Array:
     return np.sum(worth[:, None] * np.log(np.maximum(before, 1e-300) / after), axis=-2)
 
 
-def left_out_gains(data: SearchData, baseline: Baseline, fit: Fit, responses: Array) -> LeftOutGains:
-    """What each candidate gains on left-out rows for responses (M, n, S).
+def left_out_gains(
+    data: SearchData,
+    baseline: Baseline,
+    fit: Fit,
+    responses: Array | None = None,
+    products: BaselineProducts | None = None,
+) -> LeftOutGains:
+    """What each candidate gains on left-out rows for responses (M, n, S), by default the data's own.
 
     Outside a fold the baseline is fitted with and without the candidate, whose shape is the one of the largest gain there;
-    the gain is by how much the squared weighted residual inside the fold is smaller with it.
+    the gain is by how much the squared weighted residual inside the fold is smaller with it. ``products`` are those of data and
+    baseline, where they are known.
     """
-    labels = [int(f) for f in np.unique(data.fold) if f != OUTSIDE]
-    products = [_products(data, baseline, fit.weights, responses, data.fold == f) for f in labels]
-    sums = [_total(part) for part in products]
-    whole = _total(sums)
-    S, n = responses.shape[2], len(fit.weights)
-    before = np.zeros((len(labels), n, S))
-    gain = np.zeros((len(data.candidates), len(labels), n, S))
-    relief = np.zeros((len(data.candidates), len(labels), S))
-    for at, (part, left_out) in enumerate(zip(products, sums, strict=True)):
-        before[at], gain[:, at], relief[:, at] = _left_out(data, whole - left_out, part, baseline.prior)
-    rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
-    return LeftOutGains(before, gain, relief, rows / fit.memory, _visible_shares(data, baseline, whole))
+    judge = Judge(data, baseline, fit, products)
+    return judge.gains(None if responses is None else judge.products_with(responses))
 
 
-def _visible_shares(data: SearchData, baseline: Baseline, products: _Products) -> Array:
+class Judge:
+    """Judges candidates beside a fitted baseline by any responses; what does not depend on these is computed once."""
+
+    def __init__(
+        self, data: SearchData, baseline: Baseline, fit: Fit, products: BaselineProducts | None = None
+    ) -> None:
+        self.data, self.baseline, self.fit = data, baseline, fit
+        self.products = BaselineProducts(data, baseline) if products is None else products
+        every = [column for c in data.candidates for option in c.options for column in option.columns]
+        self.columns = np.unique(every).astype(np.intp)
+        self.classes = [Class(group, np.searchsorted(self.columns, group.columns)) for group in data.groups]
+        inside, squares = self.products.own.inside, fit.weights**2
+        BB, BC = self.products.BB[inside], self.products.BC(self.columns)[inside]
+        CC = [self.products.CC(group.columns)[inside] for group in data.groups]
+        for part in (BC, *CC):  # scaled in place: there are many candidates
+            part *= squares.reshape(1, -1, *[1] * (part.ndim - 2))
+        BB = BB * squares[:, None, None]
+        sums = [part.sum(axis=1) for part in (BB, BC, *CC)]
+        whole = [part.sum(axis=0) for part in sums]
+        self.splits = []
+        for f in range(len(inside)):
+            train = [total - part[f] for total, part in zip(whole, sums, strict=True)]
+            test = [WeightedProducts(BB[f, j], BC[f, j], tuple(one[f, j] for one in CC)) for j in range(len(squares))]
+            rest = WeightedProducts(train[0], train[1], tuple(train[2:]))
+            self.splits.append(Split(self.classes, rest, test, baseline.prior))
+        self.visible = _visible_shares(len(data.candidates), self.classes, baseline, whole)
+
+    def products_with(self, responses: Array) -> ResponseProducts:
+        """The products of responses (M, n, S) that ``gains`` needs."""
+        return response_products(self.products, responses, self.columns)
+
+    def gains(self, responses: ResponseProducts | None = None) -> LeftOutGains:
+        """What each candidate gains for responses, by default for the data's own."""
+        own, data = self.products, self.data
+        if responses is None:
+            By, Cy, yy = own.By[..., None], own.Cy(self.columns)[..., None], own.yy[..., None]
+        else:
+            By, Cy, yy = responses.By, responses.Cy, responses.yy
+        inside, squares = own.own.inside, self.fit.weights**2
+        sums = [np.stack([_weighted(part[f], squares) for f in inside]) for part in (By, Cy, yy)]
+        whole = [part.sum(axis=0) for part in sums]
+        F, n, S = len(inside), len(squares), yy.shape[-1]
+        before, gain = np.zeros((F, n, S)), np.zeros((len(data.candidates), F, n, S))
+        relief = np.zeros((len(data.candidates), F, S))
+        for at, (f, split) in enumerate(zip(inside, self.splits, strict=True)):
+            train = WeightedResponses(*(total - part[at] for total, part in zip(whole, sums, strict=True)))
+            test = [WeightedResponses(w2 * By[f, j], w2 * Cy[f, j], w2 * yy[f, j]) for j, w2 in enumerate(squares)]
+            before[at], gain[:, at], relief[:, at] = split.judge(train, test, len(data.candidates))
+        rows = data.regressor.counted[data.fold != OUTSIDE].sum(axis=0)
+        return LeftOutGains(before, gain, relief, rows / self.fit.memory, self.visible)
+
+
+def _weighted(products: Array, squares: Array) -> Array:
+    """Products (n, ...) of the joints summed with ``squares`` (n,) of their weights, none of them copied."""
+    total = squares[0] * products[0]
+    for square, part in zip(squares[1:], products[1:], strict=True):
+        total += square * part
+    return total
+
+
+def _visible_shares(count: int, classes: Sequence[Class], baseline: Baseline, whole: Sequence[Array]) -> Array:
     """For each candidate, the largest share over its shapes of its columns' energy outside the baseline; 0 where none."""
-    Z = pseudo_inverse(products.BB + np.diag(baseline.prior)) @ products.BC
-    result = np.zeros(len(data.candidates))
-    for group, inner in zip(data.groups, products.CC, strict=True):
+    BB, BC, *CC = whole
+    Z = pseudo_inverse(BB + np.diag(baseline.prior)) @ BC
+    result = np.zeros(count)
+    for one, inner in zip(classes, CC, strict=True):
         size = np.trace(inner, axis1=1, axis2=2)
-        outside = size - np.einsum("rok,rok->o", products.BC[:, group.columns], Z[:, group.columns])
-        np.maximum.at(result, group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
+        outside = size - np.einsum("rok,rok->o", BC[:, one.columns], Z[:, one.columns])
+        np.maximum.at(result, one.group.owner, np.where(size > 0, outside / np.where(size > 0, size, 1.0), 0.0))
     return result
-
-
-@dataclass(frozen=True, eq=False)
-class _Products:
-    """Products over some rows: baseline BB (R, R), with candidates BC (R, P), with responses By (R, S), Cy (P, S), yy (S,),
-    and those of each option's own columns, a (O, k, k) for each class."""
-
-    BB: Array
-    BC: Array
-    By: Array
-    Cy: Array
-    yy: Array
-    CC: tuple[Array, ...]
-
-    def __add__(self, other: _Products) -> _Products:
-        return self._with(other, 1.0)
-
-    def __sub__(self, other: _Products) -> _Products:
-        return self._with(other, -1.0)
-
-    def _with(self, other: _Products, sign: float) -> _Products:
-        return _Products(
-            self.BB + sign * other.BB, self.BC + sign * other.BC, self.By + sign * other.By, self.Cy + sign * other.Cy,
-            self.yy + sign * other.yy, tuple(a + sign * b for a, b in zip(self.CC, other.CC, strict=True)),
-        )  # fmt: skip
-
-
-def _products(
-    data: SearchData, baseline: Baseline, weights: Array, responses: Array, rows: NDArray[np.bool_]
-) -> list[_Products]:
-    """The products of each joint's rows."""
-    R, P, S = len(baseline.prior), len(data.regressor.columns), responses.shape[2]
-    result = []
-    for j, (part, w) in enumerate(zip(data.regressor.joints, weights, strict=True)):
-        B, C, y = w * baseline.joints[j][rows], w * part.values[rows], w * responses[rows, j]
-        BC, Cy = np.zeros((R, P)), np.zeros((P, S))
-        BC[:, part.columns], Cy[part.columns] = B.T @ C, C.T @ y
-        padded = np.column_stack([C, np.zeros(len(C))]).T
-        CC = []
-        for group in data.groups:
-            options, at = group.joints[j]
-            inner = np.zeros((len(group.owner), group.columns.shape[1], group.columns.shape[1]))
-            values = padded[at]  # (O, k, M)
-            inner[options] = values @ values.transpose(0, 2, 1)
-            CC.append(inner)
-        result.append(_Products(B.T @ B, BC, B.T @ y, Cy, np.einsum("ms,ms->s", y, y), tuple(CC)))
-    return result
-
-
-def _total(products: Sequence[_Products]) -> _Products:
-    whole = products[0]
-    for one in products[1:]:
-        whole = whole + one
-    return whole
-
-
-def _left_out(
-    data: SearchData, train: _Products, test: Sequence[_Products], prior: Array
-) -> tuple[Array, Array, Array]:
-    """Costs (n, S) of the baseline on one fold by joint, gains (candidates, n, S) of what the other folds decide, and by how much
-    (candidates, S) their baseline contradicts its prior less with each candidate."""
-    inverse = pseudo_inverse(train.BB + np.diag(prior))
-    Z, x = inverse @ train.BC, inverse @ train.By
-    slope = train.Cy - train.BC.T @ x
-    moved, through = [], []
-    for part in test:
-        moved.append(part.Cy - part.BC.T @ x - Z.T @ (part.By - part.BB @ x))
-        through.append(0.5 * (part.BB @ Z) - part.BC)
-    n, S = len(test), slope.shape[1]
-    before = np.array([part.yy - 2 * np.sum(x * part.By, axis=0) + np.sum(x * (part.BB @ x), axis=0) for part in test])
-    result, relief = np.zeros((len(data.candidates), n, S)), np.zeros((len(data.candidates), S))
-    contradicted = prior[:, None] * x
-    best = np.full((len(data.candidates), S), -np.inf)
-    every = np.arange(S)
-    for k, group in enumerate(data.groups):
-        c = group.columns
-        Zc = np.moveaxis(Z[:, c], 0, 2)  # (O, k, R)
-        cross = Zc @ np.moveaxis(train.BC[:, c], 0, 1)
-        root = whitening(train.CC[k], train.CC[k] - cross + group.prior_normal)
-        theta = root @ (root.transpose(0, 2, 1) @ slope[c])
-        seen = np.einsum("oks,oks->os", theta, slope[c])
-        gain = np.empty((n, *seen.shape))
-        for j, part in enumerate(test):
-            half = Zc @ np.moveaxis(through[j][:, c], 0, 1)
-            apart = part.CC[k] + half + half.transpose(0, 2, 1)
-            gain[j] = 2 * np.einsum("oks,oks->os", theta, moved[j][c]) - np.einsum("oks,oks->os", theta, apart @ theta)
-        pulled = Zc @ contradicted  # (O, k, S)
-        held = Zc @ (prior[:, None] * np.swapaxes(Zc, 1, 2))
-        eased = 2 * np.einsum("oks,oks->os", theta, pulled) - np.einsum("oks,oks->os", theta, held @ theta)
-        for candidate in np.unique(group.owner):
-            mine = np.flatnonzero(group.owner == candidate)
-            top = mine[np.argmax(seen[mine], axis=0)]
-            better = seen[top, every] > best[candidate]
-            best[candidate] = np.where(better, seen[top, every], best[candidate])
-            result[candidate] = np.where(better, gain[:, top, every], result[candidate])
-            relief[candidate] = np.where(better, eased[top, every], relief[candidate])
-    return before, result, relief

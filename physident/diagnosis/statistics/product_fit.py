@@ -13,7 +13,7 @@ from physident.diagnosis.problem.baseline_fit import SETTLED, Fit
 from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
-from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
+from physident.diagnosis.statistics.stored_products import Key, OptionClass, Products, StoredProducts
 from physident.effects.effect import Effect
 
 Array = NDArray[np.float64]
@@ -65,10 +65,7 @@ class ProductFit:
             if (after >= SETTLED * sigma).all():
                 break
             sigma = np.minimum(after, sigma)
-        empty = np.zeros((0, len(self.rows)))
-        return Fit(
-            x=x, residual=empty, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal
-        )
+        return Fit(x=x, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal, rows=0)
 
     @cached_property
     def numbers(self) -> Array:
@@ -105,24 +102,18 @@ def best_alone(
     those that are ``taken`` and options of which less than the ``least`` share lies outside the fit."""
     fit, products, squares = state.fit, state.products, state.fit.weights**2
     inverse = pseudo_inverse(fit.normal)
-    found: dict[Key, tuple[float, Effect, Columns]] = {}
+    found: list[tuple[float, OptionClass, int]] = []
     worth = products.worth[:, None] * (products.place != products.place.max(axis=1, keepdims=True))
-    groups: dict[int, list[tuple[Key, Effect, Columns]]] = {}
-    for key, options in stored.options.items():
-        if key not in taken:
-            for effect, columns in options:
-                groups.setdefault(len(columns), []).append((key, effect, columns))
-    for group in groups.values():
-        columns = np.array([one[2] for one in group])
+    for group in stored.classes:
+        columns, prior = group.columns, group.prior
         flat = columns.ravel()
         BC = products.weighted(squares, state.active, flat)
         Z = (inverse @ BC).reshape(len(inverse), *columns.shape)
         BC = BC.reshape(Z.shape)
         CC = products.own(squares, columns)
-        outside = CC - np.einsum("rok,rol->okl", Z, BC)
+        outside = CC - np.moveaxis(Z, 0, 2) @ np.moveaxis(BC, 0, 1)
         y = products.weighted(squares, np.array([state.response]), flat)[0].reshape(columns.shape)
-        slope = y - np.einsum("rok,r->ok", BC, fit.x)
-        prior = np.array([prior_precision(effect) for _, effect, _ in group])
+        slope = y - np.tensordot(fit.x, BC, 1)
         root = whitening(CC, outside + prior[:, None, None] * np.eye(columns.shape[1]))
         seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
         chosen = columns.shape[1] - prior * np.sum(
@@ -132,8 +123,6 @@ def best_alone(
         rows = np.maximum(worth[:, columns].max(axis=2).sum(axis=0), 1e-300)  # of the joints that an option acts on
         seen = -rows * np.log(np.maximum(1 - seen / rows, 1e-12)) - 2 * chosen
         seen[np.trace(outside, axis1=1, axis2=2) < least * size] = 0.0
-        for (key, effect, own), value in zip(group, seen, strict=True):
-            if value > found.get(key, (0.0,))[0]:
-                found[key] = (float(value), effect, own)
-    best = sorted(found.items(), key=lambda one: -one[1][0])[:count]
-    return [Chosen(key, effect, columns) for key, (_, effect, columns) in best]
+        found += [(float(seen[option]), group, option) for option in group.best(seen) if seen[option] > 0]
+    free = [one for one in sorted(found, key=lambda one: -one[0]) if one[1].keys[one[2]] not in taken][:count]
+    return [Chosen(group.keys[option], group.effects[option], group.columns[option]) for _, group, option in free]

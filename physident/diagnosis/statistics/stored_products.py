@@ -4,20 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, prior_precision
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.effects.effect import Effect
+from physident.large_arrays import STEP, release
 
 Array = NDArray[np.float64]
 Key = tuple[str, tuple[int, ...]]
 MAX_UNITS = 32  # more would cost memory; each is then several blocks
+
+
+@dataclass(frozen=True, eq=False)
+class OptionClass:
+    """The options of candidates that have as many columns: the candidates' ``keys``, the ``effects``, their ``columns`` (O, k) and the
+    prior precision of their values ``prior`` (O,)."""
+
+    keys: tuple[Key, ...]
+    effects: tuple[Effect, ...]
+    columns: NDArray[np.intp]
+    prior: Array
+
+    def best(self, values: Array) -> list[int]:
+        """The option of the largest of some values (O,) for each candidate, the first of equal ones."""
+        top: dict[Key, int] = {}
+        for option in np.argsort(-values, kind="stable").tolist():
+            top.setdefault(self.keys[option], option)
+        return list(top.values())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +61,23 @@ class StoredProducts:
     def units(self) -> int:
         """Number of units, no two of which share a block."""
         return len(self.worth)
+
+    @cached_property
+    def classes(self) -> list[OptionClass]:
+        """The options of all candidates, by their number of columns."""
+        groups: dict[int, list[tuple[Key, Effect, NDArray[np.intp]]]] = {}
+        for key, options in self.options.items():
+            for effect, columns in options:
+                groups.setdefault(len(columns), []).append((key, effect, columns))
+        return [
+            OptionClass(
+                keys=tuple(key for key, _, _ in group),
+                effects=tuple(effect for _, effect, _ in group),
+                columns=np.array([columns for _, _, columns in group]),
+                prior=np.array([prior_precision(effect) for _, effect, _ in group]),
+            )
+            for group in groups.values()
+        ]
 
     def over(self, units: Sequence[int] | NDArray[np.intp]) -> Products:
         """The products over some units."""
@@ -86,68 +123,71 @@ def store_products(hypothesis: Hypothesis, shown: Collection[Key] | None = None)
     would hold what was accepted.
     """
     data, problem = hypothesis.data, hypothesis.problem
-    model = problem.freedom.baseline(data.regressor).joints
+    model, given = problem.baseline(data).joints, problem.regressor.joints
     R = model[0].shape[1]
     accepted = [a for a in hypothesis.accepted if a.candidate is not CONTACT]
-    refined = [problem.columns(a.effect, hypothesis.model) for a in accepted]
+    refined = [hypothesis.columns(a.candidate, a.effect) for a in accepted]
     candidates = [
         c
         for c in data.candidates
         if not (c.placebo or problem.is_friction_of_resting_joint(c)) and (shown is None or c.key in shown)
     ]
-    wanted = sorted({column for candidate in candidates for column in _columns(candidate.options)})
-    options = _options(hypothesis, accepted, candidates, {c: R + i for i, c in enumerate(wanted)}, R + len(wanted))
-    size = R + len(wanted) + sum(part[0].shape[1] for part in refined) + 1
+    wanted = np.array(sorted({column for c in candidates for o in c.options for column in o.columns}), dtype=np.intp)
+    starts = R + len(wanted) + np.cumsum([0, *(one.count for one in refined)])
+    options = _options(accepted, candidates, {int(c): R + i for i, c in enumerate(wanted)}, starts)
+    size = int(starts[-1]) + 1
     labels = _units(blocks(data, float(hypothesis.fit.memory.max())), problem.seed)
-    units = [np.flatnonzero(labels == u) for u in np.unique(labels[labels != OUTSIDE])]
+    count = int(labels.max(initial=OUTSIDE)) + 1
     joints, places = [], []
-    for j, rows in enumerate(problem.regressor.joints):
-        position = {int(c): k for k, c in enumerate(rows.columns)}
-        present = [i for i, c in enumerate(wanted) if c in position]
-        parts = [
-            (np.arange(R), model[j]),
-            (R + np.array(present, dtype=np.intp), rows.values[:, [position[wanted[i]] for i in present]]),
-            (np.arange(R + len(wanted), size - 1), np.column_stack([np.zeros((len(model[j]), 0)), *(c[j] for c in refined)])),
-            (np.array([size - 1]), data.response[:, j : j + 1]),
-        ]  # fmt: skip
-        ids, columns = np.concatenate([p[0] for p in parts]), np.column_stack([p[1] for p in parts])
-        used = np.flatnonzero(columns.any(axis=0))
-        columns = columns[:, used]
-        place = np.full(size, len(used))
-        place[ids[used]] = np.arange(len(used))
-        stored = np.zeros((len(units), len(used) + 1, len(used) + 1))
-        for u, mine in enumerate(units):
-            stored[u, :-1, :-1] = columns[mine].T @ columns[mine]
-        joints.append(stored)
+    for j, rows in enumerate(given):
+        taken = np.flatnonzero(np.isin(rows.columns, wanted))
+        ids = [np.arange(R), R + np.searchsorted(wanted, rows.columns[taken])]
+        ids += [start + one.joints[j][0] for start, one in zip(starts, refined, strict=False)]
+        every = np.append(np.concatenate(ids), size - 1).astype(np.intp)
+        stored = np.zeros((count, len(every) + 1, len(every) + 1))
+        for some in _runs(labels):
+            parts = [model[j][some], rows.some(some)[:, taken], *(one.joints[j][1][some] for one in refined)]
+            T = np.column_stack([*parts, data.response[some, j]])
+            stored[labels[some.start], :-1, :-1] += T.T @ T
+        if len(labels) > STEP:
+            release()
+        used = np.append(np.flatnonzero(np.einsum("uii->i", stored[:, :-1, :-1]) > 0), len(every))
+        place = np.full(size, len(used) - 1)
+        place[every[used[:-1]]] = np.arange(len(used) - 1)
+        joints.append(stored if len(used) == stored.shape[1] else stored[:, used[:, None], used])
         places.append(place)
-    counted = np.array([data.regressor.counted[mine].sum(axis=0) for mine in units])
+    counted = np.array([data.regressor.counted[labels == u].sum(axis=0) for u in range(count)])
     return StoredProducts(
         joints=tuple(joints),
         place=np.array(places),
         baseline=R,
         response=size - 1,
         options=options,
-        worth=counted / hypothesis.fit.memory,
+        worth=counted.reshape(count, len(given)) / hypothesis.fit.memory,
     )
 
 
-def _columns(options: Sequence[Option]) -> list[int]:
-    return [column for option in options for column in option.columns]
+def _runs(labels: NDArray[np.intp]) -> list[slice]:
+    """The rows of a unit that follow each other, at most ``STEP`` at once; gaps are left out."""
+    edges = np.flatnonzero(np.diff(labels)) + 1
+    return [
+        slice(at, min(at + STEP, stop))
+        for start, stop in zip([0, *edges.tolist()], [*edges.tolist(), len(labels)], strict=True)
+        if labels[start] != OUTSIDE
+        for at in range(start, stop, STEP)
+    ]
 
 
 def _options(
-    hypothesis: Hypothesis,
     accepted: Sequence[AcceptedEffect],
     candidates: Sequence[Candidate],
     place: dict[int, int],
-    first: int,
+    starts: NDArray[np.intp],
 ) -> dict[Key, tuple[tuple[Effect, NDArray[np.intp]], ...]]:
-    """The effect and the columns of every option; an accepted effect has one, its own, from column ``first`` on."""
+    """The effect and the columns of every option; an accepted effect has one, its own, whose columns begin at one of ``starts``."""
     result: dict[Key, tuple[tuple[Effect, NDArray[np.intp]], ...]] = {}
-    for one in accepted:
-        count = len(one.effect.columns(hypothesis.problem.model.robot))
-        result[one.candidate.key] = ((one.effect, np.arange(first, first + count)),)
-        first += count
+    for one, first, end in zip(accepted, starts, starts[1:], strict=False):
+        result[one.candidate.key] = ((one.effect, np.arange(first, end)),)
     for candidate in candidates:
         result[candidate.key] = tuple(
             (option.effect, np.array([place[c] for c in option.columns]))
@@ -161,6 +201,9 @@ def _units(labels: NDArray[np.intp], seed: int) -> NDArray[np.intp]:
     """Blocks dealt to at most MAX_UNITS units in an order that is drawn; OUTSIDE in gaps."""
     every = np.unique(labels[labels != OUTSIDE])
     dealt = np.full(len(labels), OUTSIDE)
-    for at, label in enumerate(np.random.default_rng([seed, 41]).permutation(every)):
-        dealt[labels == label] = at % MAX_UNITS
+    order = np.random.default_rng([seed, 41]).permutation(len(every))
+    unit = np.empty(len(every), dtype=np.intp)
+    unit[order] = np.arange(len(every)) % MAX_UNITS
+    inside = labels != OUTSIDE
+    dealt[inside] = unit[np.searchsorted(every, labels[inside])]
     return dealt

@@ -1,0 +1,160 @@
+"""One fold that is left out: what the other folds decide about every candidate, and what that gains inside the fold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.candidate_groups import OptionGroup
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedProducts:
+    """Products over some rows in units of the noise: baseline BB (R, R), with candidates BC (R, P), and those of each option's own
+    columns, a (O, k, k) for each class."""
+
+    BB: Array
+    BC: Array
+    CC: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedResponses:
+    """Products of responses over some rows in units of the noise: with the baseline By (R, S), with candidates Cy (P, S), and with
+    themselves yy (S,)."""
+
+    By: Array
+    Cy: Array
+    yy: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Class:
+    """The options of one number of columns, ``group``; their ``columns`` (O, k) among the P, and for each of its candidates
+    ``owners`` (C,) the ``options`` (C, most), filled up with the first."""
+
+    group: OptionGroup
+    columns: NDArray[np.intp]
+
+    @cached_property
+    def owners(self) -> NDArray[np.intp]:
+        """The candidates (C,) of the options."""
+        return np.unique(self.group.owner)
+
+    @cached_property
+    def options(self) -> NDArray[np.intp]:
+        """The options (C, most) of each candidate, filled up with the first."""
+        each = [np.flatnonzero(self.group.owner == owner) for owner in self.owners]
+        most = max(map(len, each))
+        return np.array([np.append(mine, np.full(most - len(mine), mine[0])) for mine in each])
+
+    @property
+    def single(self) -> bool:
+        """Whether each candidate has one option."""
+        return self.options.shape[1] == 1
+
+
+class Split:
+    """What does not depend on the response: the baseline and each option fitted outside a fold, and what they do inside."""
+
+    def __init__(
+        self, classes: Sequence[Class], train: WeightedProducts, test: Sequence[WeightedProducts], prior: Array
+    ) -> None:
+        self.classes, self.train, self.test, self.prior = classes, train, test, prior
+        self.kept: dict[tuple[int, int], Array] = {}
+        self.inverse = pseudo_inverse(train.BB + np.diag(prior))
+        self.Z = self.inverse @ train.BC
+        self.roots = []
+        for one, inner in zip(classes, train.CC, strict=True):
+            Zc = self._Zc(one, slice(None))
+            cross = Zc @ np.moveaxis(train.BC[:, one.columns], 0, 1)
+            self.roots.append(whitening(inner, inner - cross + one.group.prior_normal))
+
+    def judge(
+        self, train: WeightedResponses, test: Sequence[WeightedResponses], count: int
+    ) -> tuple[Array, Array, Array]:
+        """Costs (n, S) of the baseline on the fold by joint, gains (count, n, S) of the candidates there, and by how much (count, S)
+        their baseline contradicts its prior less."""
+        x = self.inverse @ train.By
+        slope = train.Cy - self.train.BC.T @ x
+        n, S = len(test), x.shape[1]
+        before, left = np.empty((n, S)), []
+        for j, (part, own) in enumerate(zip(test, self.test, strict=True)):
+            predicted = own.BB @ x
+            left.append((part.Cy, part.By - predicted, own.BC))
+            before[j] = part.yy - 2 * np.sum(x * part.By, axis=0) + np.sum(x * predicted, axis=0)
+        gain, relief = np.zeros((count, n, S)), np.zeros((count, S))
+        chosen = [self._chosen(k, slope) for k in range(len(self.classes))]
+        contradicted = self.prior[:, None] * x
+        for k, (one, (tops, theta)) in enumerate(zip(self.classes, chosen, strict=True)):
+            if self.prior.any():
+                relief[one.owners] = self._relief(k, tops, theta, contradicted)
+        for j, (Cy, By, BC) in enumerate(left):
+            moved = Cy - BC.T @ x - self.Z.T @ By
+            for k, (one, (tops, theta)) in enumerate(zip(self.classes, chosen, strict=True)):
+                values = _at(moved, one.columns, tops)
+                gain[one.owners, j] = 2 * np.sum(theta * values, axis=1) - self._spread(k, j, tops, theta)
+        return before, gain, relief
+
+    def _chosen(self, k: int, slope: Array) -> tuple[NDArray[np.intp], Array]:
+        """The option (C, S) of the largest gain outside the fold, and its values (C, k, S)."""
+        one, root = self.classes[k], self.roots[k]
+        pull = slope[one.columns]
+        theta = root @ (root.transpose(0, 2, 1) @ pull)
+        if one.single:
+            order = one.options[:, 0]
+            return np.repeat(order[:, None], slope.shape[1], axis=1), theta[order]
+        seen = np.sum(theta * pull, axis=1)
+        best = np.argmax(seen[one.options], axis=1)
+        tops = np.take_along_axis(one.options, best, axis=1)
+        return tops, theta[tops, :, np.arange(slope.shape[1])].transpose(0, 2, 1)
+
+    def _spread(self, k: int, j: int, tops: NDArray[np.intp], theta: Array) -> Array:
+        """The power (C, S) of the chosen options in a joint's rows of the fold, the baseline refitted."""
+        return self._quadratic(k, tops, theta, lambda some: self._apart(k, j, some, tops.shape[1] > 1))
+
+    def _apart(self, k: int, j: int, some: NDArray[np.intp], every: bool) -> Array:
+        if every and (k, j) not in self.kept:  # many responses ask for nearly all options, again and again
+            self.kept[k, j] = self._apart(k, j, np.arange(len(self.classes[k].columns)), False)
+        if (k, j) in self.kept:
+            return self.kept[k, j][some]
+        one, own = self.classes[k], self.test[j]
+        Zc, c = self._Zc(one, some), one.columns[some]
+        half = Zc @ (0.5 * (own.BB @ Zc.transpose(0, 2, 1)) - np.moveaxis(own.BC[:, c], 0, 1))
+        return own.CC[k][some] + half + half.transpose(0, 2, 1)
+
+    def _relief(self, k: int, tops: NDArray[np.intp], theta: Array, contradicted: Array) -> Array:
+        one = self.classes[k]
+
+        def held(some: NDArray[np.intp]) -> Array:
+            Zc = self._Zc(one, some)
+            return Zc @ (self.prior[:, None] * Zc.transpose(0, 2, 1))
+
+        pulled = _at(self.Z.T @ contradicted, one.columns, tops)
+        return 2 * np.sum(theta * pulled, axis=1) - self._quadratic(k, tops, theta, held)
+
+    def _quadratic(
+        self, k: int, tops: NDArray[np.intp], theta: Array, matrices: Callable[[NDArray[np.intp]], Array]
+    ) -> Array:
+        """theta^T A theta (C, S) of the chosen options, whose matrices A (o, k, k) are computed for some of them."""
+        if self.classes[k].single or tops.shape[1] == 1:
+            return np.sum(theta * (matrices(tops[:, 0]) @ theta), axis=1)
+        used, place = np.unique(tops, return_inverse=True)
+        A = matrices(used)[place.reshape(tops.shape)]  # (C, S, k, k)
+        values = theta.transpose(0, 2, 1)[..., None]
+        return np.sum(values * (A @ values), axis=(2, 3))
+
+    def _Zc(self, one: Class, some: NDArray[np.intp] | slice) -> Array:
+        return np.moveaxis(self.Z[:, one.columns[some]], 0, 2)  # (O, k, R)
+
+
+def _at(values: Array, columns: NDArray[np.intp], tops: NDArray[np.intp]) -> Array:
+    """Values (P, S) at the columns of the chosen options: (C, k, S)."""
+    return values[columns[tops].transpose(0, 2, 1), np.arange(values.shape[1])]
