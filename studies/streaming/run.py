@@ -16,6 +16,7 @@ from recorded import write_recording
 
 SIZES = (200_000, 1_000_000, 5_000_000)  # rows
 COMPARED = 1_000_000  # rows of which all is also computed in memory, by one process
+LOAD = 3.0  # kg
 # one call in a process of its own, whose memory is its own; PHYSIDENT_LARGE is a limit that only this study sets
 CALL = """
 import json, resource, sys, time, warnings
@@ -32,6 +33,8 @@ if verb == "identify":
     pid.identify("ur10e", path).save(model)
 elif verb == "validate":
     pid.validate(pid.load_estimate(model), path, include_fitted=True)
+elif verb == "payload":
+    pid.identify_payload(pid.load_estimate(model), path)
 else:
     from physident.recordings.inspection import inspect_recording
     from physident.recordings.load import load_recording
@@ -68,6 +71,9 @@ def measured(folder: Path, rows: int) -> dict[str, Any]:
             found[f"identify, {label}"]["difference"] = difference(model, other)
     for verb in ("validate", "inspect") if rows <= COMPARED else ():
         found[verb] = call(verb, path, model)
+    if rows <= COMPARED:
+        write_recording(path, rows, seed=1, load=LOAD)
+        found["payload"] = call("payload", path, model)
     return found
 
 

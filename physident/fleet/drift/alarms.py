@@ -26,13 +26,14 @@ MORE = 4.0  # squares that a parameter more must explain: 95 % of what one expla
 class Alarm:
     """An arm that changes: the ``day`` of the recording that first shows it, and ``since`` when.
 
-    ``words`` is the cause that explains the change best, ``effect`` and ``joint`` (from 1) where it acts; ``shown`` is the
+    ``words`` is the cause that explains best what the recordings until ``latest`` show, the last one beyond chance, ``effect`` and ``joint`` (from 1) where it acts; ``shown`` is the
     cause's parameter, which changed by ``shift`` with a standard error ``std`` in its unit; ``strength`` is how many standard
     deviations the first shift is, and ``limit`` what chance reaches. ``rivals`` are other causes that explain nearly as much.
     """
 
     arm: str
     day: date
+    latest: date
     since: date
     words: str
     effect: str
@@ -84,15 +85,15 @@ def alarm_text(alarm: Alarm) -> str:
     return text + (f"; or {', '.join(alarm.rivals)}" if alarm.rivals else "")
 
 
-def find_drift(folder: str | Path, rate: float = FALSE_ALARMS) -> Drift:
+def find_drift(folder: str | Path, rate: float = FALSE_ALARMS, until: date | None = None) -> Drift:
     """The arms in a fleet's folder that change since their own baselines, without what temperature and load explain.
 
     An arm is watched from its ninth recording on. ``rate`` is the number of false alarms allowed for each arm and year, over all
-    its parameters together. Raises InputError for a folder without results, and for a rate that is not between 0 and 1.
+    its parameters together. Later recordings than those of the day ``until`` are not looked at. Raises InputError for a folder without results, and for a rate that is not between 0 and 1.
     """
     if not 0 < rate < 1:
         raise InputError(f"the rate of false alarms is {rate}, expected a number between 0 and 1 for each arm and year")
-    every, broken = histories(Path(folder))
+    every, broken = histories(Path(folder), until)
     by_parameter = defaultdict(list)
     for one in every:
         by_parameter[one.parameter].append(one)
@@ -102,7 +103,7 @@ def find_drift(folder: str | Path, rate: float = FALSE_ALARMS) -> Drift:
     alarms = [
         alarm
         for arm in sorted(watched)
-        if (alarm := _first([one for one in found if one.history.arm == arm], chance, rate)) is not None
+        if (alarm := _alarm([one for one in found if one.history.arm == arm], chance, rate)) is not None
     ]
     return Drift(
         alarms=tuple(sorted(alarms, key=lambda alarm: (alarm.day, alarm.arm))), histories=tuple(found),
@@ -110,48 +111,70 @@ def find_drift(folder: str | Path, rate: float = FALSE_ALARMS) -> Drift:
     )  # fmt: skip
 
 
-def _first(arm: Sequence[Explained], chance: Chance, rate: float) -> Alarm | None:
-    """The first change of an arm that chance does not explain; None without one."""
-    best: tuple[int, float, Explained, int, float] | None = None
-    for one in arm:
-        day = one.history.day
-        years = max(1.0, day[-1] - day[REFERENCE - 1]) / YEAR
-        most = limit(len(day), chance, min(0.5, rate * years / len(arm)))
-        shift = shifts(one.rest / one.size, one.mean_error / one.size)
-        size = np.abs(shift).max(axis=0)
-        over = np.flatnonzero(size > most)
-        if not len(over):
-            continue
-        at = int(over[0])
-        excess = float(size[at] / most)
-        if best is None or (at, -excess) < (best[0], -best[1]):
-            window = windows(shift.shape[-1])[int(np.argmax(np.abs(shift[:, at])))]
-            best = at, excess, one, window, most
-    return None if best is None else _alarm(arm, *best)
+@dataclass(frozen=True, eq=False)
+class _Shift:
+    """A shift of a history beyond chance: the recording ``last`` and the ``window`` of recordings up to it, in standard deviations,
+    and what chance reaches."""
+
+    history: Explained
+    last: int
+    window: int
+    strength: float
+    limit: float
+
+    @property
+    def excess(self) -> float:
+        """The shift over what chance reaches."""
+        return self.strength / self.limit
 
 
-def _alarm(arm: Sequence[Explained], at: int, excess: float, first: Explained, window: int, most: float) -> Alarm:
-    last = REFERENCE + at
-    rows = slice(last - window + 1, last + 1)
+def _alarm(arm: Sequence[Explained], chance: Chance, rate: float) -> Alarm | None:
+    """The change of an arm that chance does not explain; None without one.
+
+    What first shows it may be weak; its cause is that of the last recording that shows it.
+    """
+    shifted = [shift for one in arm for shift in _beyond_chance(one, chance, rate / len(arm))]
+    if not shifted:
+        return None
+    first = min(shifted, key=lambda shift: (shift.last, -shift.excess))
+    latest = max(shifted, key=lambda shift: (shift.last, shift.excess))
+    rows = slice(latest.last - latest.window + 1, latest.last + 1)
     groups: dict[tuple[str, str, int], list[Explained]] = defaultdict(list)
     for one in arm:
-        if len(one.history.day) == len(first.history.day):
+        if len(one.history.day) == len(latest.history.history.day):
             groups[one.history.candidate].append(one)
     noise = float(np.median([one.noise for one in arm]))
     gains = {key: _gain(group, rows) / noise**2 - MORE * (len(group) - 1) for key, group in groups.items()}
     cause = max(gains, key=lambda key: gains[key])
     near = [key for key in gains if key != cause and gains[key] > gains[cause] - MORE]
     shown = max(groups[cause], key=lambda one: abs(_mean(one, rows)[0]) / _mean(one, rows)[1])
-    day = first.history.day
-    begun = _begin(shown, last)
+    day = shown.history.day
+    begun = _begin(shown, latest.last)
     later = slice(begun, len(day))
     shift, std = _mean(shown, rows)
     return Alarm(
-        arm=first.history.arm, day=date.fromordinal(int(day[last])), since=date.fromordinal(int(day[begun])),
-        words=shown.history.words, effect=cause[1], joint=cause[2], shown=shown, shift=shift, std=std,
-        strength=excess * most, limit=most, rivals=tuple(groups[key][0].history.words for key in near),
+        arm=shown.history.arm, day=_date(first.history.history.day[first.last]), latest=_date(day[latest.last]),
+        since=_date(day[begun]), words=shown.history.words, effect=cause[1], joint=cause[2], shown=shown, shift=shift, std=std,
+        strength=first.strength, limit=first.limit, rivals=tuple(groups[key][0].history.words for key in near),
         trend=forecast(day[later], shown.rest[later], shown.size[later]),
     )  # fmt: skip
+
+
+def _date(day: float) -> date:
+    return date.fromordinal(int(day))
+
+
+def _beyond_chance(one: Explained, chance: Chance, rate: float) -> list[_Shift]:
+    """The largest shift at each recording that chance does not explain, at a ``rate`` of false alarms a year."""
+    day = one.history.day
+    years = max(1.0, day[-1] - day[REFERENCE - 1]) / YEAR
+    most = limit(len(day), chance, min(0.5, rate * years))
+    shift = shifts(one.rest / one.size, one.mean_error / one.size)
+    size, sizes = np.abs(shift).max(axis=0), windows(shift.shape[-1])
+    return [
+        _Shift(one, REFERENCE + at, sizes[int(np.argmax(np.abs(shift[:, at])))], float(size[at]), most)
+        for at in np.flatnonzero(size > most).tolist()
+    ]
 
 
 def _gain(group: Sequence[Explained], rows: slice) -> float:
@@ -172,8 +195,9 @@ def _mean(one: Explained, rows: slice) -> tuple[float, float]:
 
 
 def _begin(one: Explained, last: int) -> int:
-    """The first recording of the change that is seen at recording ``last``: where two means explain the history best."""
-    z, gains = one.rest[: last + 1] / one.size[: last + 1], []
+    """The first recording of the change that is seen at recording ``last``: where a step or a straight line explains the history best."""
+    z, size, day, gains = one.rest[: last + 1] / one.size[: last + 1], one.size, one.history.day, []
     for k in range(REFERENCE, last + 1):
-        gains.append(float(z[k:].sum()) ** 2 / len(z[k:]))
+        shapes = (1 / size[k : last + 1], (day[k : last + 1] - day[k - 1]) / size[k : last + 1])
+        gains.append(max(float(z[k:] @ shape) ** 2 / float(shape @ shape) for shape in shapes))
     return REFERENCE + int(np.argmax(gains))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -59,11 +60,13 @@ class BrokenFile:
     reason: str
 
 
-def histories(folder: Path) -> tuple[list[History], list[BrokenFile]]:
-    """The histories in a fleet's folder, by arm, and its broken files; raises InputError for a folder without results."""
+def histories(folder: Path, until: date | None = None) -> tuple[list[History], list[BrokenFile]]:
+    """The histories in a fleet's folder up to a day, by arm, and its broken files; raises InputError for a folder without results."""
     groups: dict[tuple[str, str], list[dict]] = defaultdict(list)
     broken = []
     for row in read_rows(folder):
+        if until is not None and row["day"] is not None and row["day"] > until:
+            continue
         if row["error"] is not None:
             broken.append(BrokenFile(row["arm"], row["file"], row["error"]))
         elif row["effect"] in WORDS:
