@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -23,7 +22,6 @@ from physident.estimation.uncertainty import (
 )
 from physident.estimation.weighting import joint_sigma, weight_rows
 from physident.fleet.candidates import Candidate, candidates_of, watched_effects
-from physident.fleet.decorrelation import decorrelation_of
 from physident.recordings.recording import Recording
 from physident.threads import one_thread
 
@@ -108,13 +106,12 @@ def _products(rows: Regressor, response: Array) -> list[tuple[Array, Array]]:
     """Products (p, p) of the columns and (p,) with the response, of each block of rows: all that is kept of them."""
     memory = float(correlation_rows(rows, response).max())
     length = max(1, min(math.ceil(BLOCK_PERIODS * memory), len(response) // FEWEST_BLOCKS))
-    edges = np.flatnonzero(np.diff(block_labels(rows.segment, length), prepend=-1)).tolist()
-    white = decorrelation_of(rows, response)
+    labels = block_labels(rows.segment, length)
     result = []
-    for start, stop in itertools.pairwise([*edges, len(response)]):
-        A, y = white.apply(rows, response, slice(start, stop))
-        if len(y):
-            result.append((A.T @ A, A.T @ y))
+    for label in range(int(labels.max()) + 1):
+        chosen = np.flatnonzero(labels == label)
+        A = rows.dense(chosen).reshape(-1, len(rows.columns))
+        result.append((A.T @ A, A.T @ response[chosen].ravel()))
     return result
 
 

@@ -103,6 +103,7 @@ def _row(change: Change, recording: Recording) -> dict[str, Any]:
         "high": change.high, "baseline": change.baseline, "information": change.information,
         "blocks": float(change.blocks), "temperature": temperature,
         "coupling": list(change.coupling), "load": change.load, "seconds": recording.duration,
+        "start": float(recording.time[0]),
         "finding": _finding(change),
     }  # fmt: skip
 

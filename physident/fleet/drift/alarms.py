@@ -26,14 +26,14 @@ MORE = 4.0  # squares that a parameter more must explain: 95 % of what one expla
 class Alarm:
     """An arm that changes: the ``day`` of the recording that first shows it, and ``since`` when.
 
-    ``words`` is the cause that explains best what the recordings until ``latest`` show, the last one beyond chance, ``effect`` and ``joint`` (from 1) where it acts; ``shown`` is the
+    ``words`` is the cause that explains best what the recordings until ``clearest`` show, where a shift is largest, ``effect`` and ``joint`` (from 1) where it acts; ``shown`` is the
     cause's parameter, which changed by ``shift`` with a standard error ``std`` in its unit; ``strength`` is how many standard
     deviations the first shift is, and ``limit`` what chance reaches. ``rivals`` are other causes that explain nearly as much.
     """
 
     arm: str
     day: date
-    latest: date
+    clearest: date
     since: date
     words: str
     effect: str
@@ -47,13 +47,24 @@ class Alarm:
     trend: Forecast | None
 
 
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The largest shift of any parameter of an ``arm`` at N recordings after its reference, ``share`` (N,) of what chance reaches, and
+    their ``day`` (N,), since the year 1."""
+
+    arm: str
+    day: Array
+    share: Array
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Drift:
-    """What has changed in a fleet: ``alarms`` in order of their days, all ``histories``, ``young`` arms whose history is too short,
-    and ``broken`` files. ``rate`` are the false alarms for each arm and year that the limits allow."""
+    """What has changed in a fleet: ``alarms`` in order of their days, all ``histories``, the ``courses`` of the arms, ``young`` arms
+    whose history is too short, and ``broken`` files. ``rate`` are the false alarms for each arm and year that the limits allow."""
 
     alarms: tuple[Alarm, ...]
     histories: tuple[Explained, ...]
+    courses: tuple[Course, ...]
     young: tuple[str, ...]
     broken: tuple[BrokenFile, ...]
     rate: float
@@ -100,21 +111,48 @@ def find_drift(folder: str | Path, rate: float = FALSE_ALARMS, until: date | Non
     found = [one for group in by_parameter.values() for one in explain(group)]
     watched = {one.history.arm for one in found}
     chance = chance_of(found) if found else Chance(0.0, 1.0)
-    alarms = [
-        alarm
-        for arm in sorted(watched)
-        if (alarm := _alarm([one for one in found if one.history.arm == arm], chance, rate)) is not None
-    ]
+    arms = {arm: [one for one in found if one.history.arm == arm] for arm in sorted(watched)}
+    moved = {arm: [_moved(one, chance, rate / len(own)) for one in own] for arm, own in arms.items()}
+    alarms = [alarm for arm, own in arms.items() if (alarm := _alarm(own, moved[arm])) is not None]
     return Drift(
         alarms=tuple(sorted(alarms, key=lambda alarm: (alarm.day, alarm.arm))), histories=tuple(found),
+        courses=tuple(_course(arm, moved[arm]) for arm in arms),
         young=tuple(sorted({one.arm for one in every} - watched)), broken=tuple(broken), rate=rate,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
+class _Moved:
+    """The shift of a history, in standard deviations, at each recording after the reference, ``strength`` (N,), the ``window`` (N,) of
+    recordings that shows it, and the ``limit`` that chance reaches."""
+
+    history: Explained
+    strength: Array
+    window: NDArray[np.intp]
+    limit: float
+
+
+def _moved(one: Explained, chance: Chance, rate: float) -> _Moved:
+    """The shift of a history, beside what chance reaches at a ``rate`` of false alarms a year."""
+    day = one.history.day
+    years = max(1.0, day[-1] - day[REFERENCE - 1]) / YEAR
+    most = limit(len(day), chance, min(0.5, rate * years))
+    size = np.abs(shifts(one.rest / one.size, one.mean_error / one.size))
+    return _Moved(one, size.max(axis=0), np.array(windows(size.shape[-1]))[size.argmax(axis=0)], most)
+
+
+def _course(arm: str, moved: Sequence[_Moved]) -> Course:
+    """The largest shift of an arm at each of its recordings; parameters may be seen in some of them only."""
+    largest: dict[float, float] = defaultdict(float)
+    for one in moved:
+        for day, strength in zip(one.history.history.day[REFERENCE:].tolist(), one.strength.tolist(), strict=True):
+            largest[day] = max(largest[day], strength / one.limit)
+    return Course(arm, np.array(sorted(largest)), np.array([largest[day] for day in sorted(largest)]))
+
+
+@dataclass(frozen=True, eq=False)
 class _Shift:
-    """A shift of a history beyond chance: the recording ``last`` and the ``window`` of recordings up to it, in standard deviations,
-    and what chance reaches."""
+    """A shift beyond chance at the recording ``last`` of a history, in a ``window`` of recordings up to it."""
 
     history: Explained
     last: int
@@ -128,32 +166,36 @@ class _Shift:
         return self.strength / self.limit
 
 
-def _alarm(arm: Sequence[Explained], chance: Chance, rate: float) -> Alarm | None:
+def _alarm(arm: Sequence[Explained], moved: Sequence[_Moved]) -> Alarm | None:
     """The change of an arm that chance does not explain; None without one.
 
-    What first shows it may be weak; its cause is that of the last recording that shows it.
+    What first shows it may be weak or chance; its cause is that of the recordings that show it most clearly.
     """
-    shifted = [shift for one in arm for shift in _beyond_chance(one, chance, rate / len(arm))]
+    shifted = [
+        _Shift(one.history, REFERENCE + at, int(one.window[at]), float(one.strength[at]), one.limit)
+        for one in moved
+        for at in np.flatnonzero(one.strength > one.limit).tolist()
+    ]
     if not shifted:
         return None
     first = min(shifted, key=lambda shift: (shift.last, -shift.excess))
-    latest = max(shifted, key=lambda shift: (shift.last, shift.excess))
-    rows = slice(latest.last - latest.window + 1, latest.last + 1)
+    clearest = max(shifted, key=lambda shift: shift.excess)
+    rows = slice(clearest.last - clearest.window + 1, clearest.last + 1)
     groups: dict[tuple[str, str, int], list[Explained]] = defaultdict(list)
     for one in arm:
-        if len(one.history.day) == len(latest.history.history.day):
+        if len(one.history.day) == len(clearest.history.history.day):
             groups[one.history.candidate].append(one)
     noise = float(np.median([one.noise for one in arm]))
-    gains = {key: _gain(group, rows) / noise**2 - MORE * (len(group) - 1) for key, group in groups.items()}
+    gains = {key: _gain(group, rows, noise) for key, group in groups.items()}
     cause = max(gains, key=lambda key: gains[key])
     near = [key for key in gains if key != cause and gains[key] > gains[cause] - MORE]
     shown = max(groups[cause], key=lambda one: abs(_mean(one, rows)[0]) / _mean(one, rows)[1])
     day = shown.history.day
-    begun = _begin(shown, latest.last)
+    begun = _begin(shown, clearest.last)
     later = slice(begun, len(day))
     shift, std = _mean(shown, rows)
     return Alarm(
-        arm=shown.history.arm, day=_date(first.history.history.day[first.last]), latest=_date(day[latest.last]),
+        arm=shown.history.arm, day=_date(first.history.history.day[first.last]), clearest=_date(day[clearest.last]),
         since=_date(day[begun]), words=shown.history.words, effect=cause[1], joint=cause[2], shown=shown, shift=shift, std=std,
         strength=first.strength, limit=first.limit, rivals=tuple(groups[key][0].history.words for key in near),
         trend=forecast(day[later], shown.rest[later], shown.size[later]),
@@ -164,27 +206,15 @@ def _date(day: float) -> date:
     return date.fromordinal(int(day))
 
 
-def _beyond_chance(one: Explained, chance: Chance, rate: float) -> list[_Shift]:
-    """The largest shift at each recording that chance does not explain, at a ``rate`` of false alarms a year."""
-    day = one.history.day
-    years = max(1.0, day[-1] - day[REFERENCE - 1]) / YEAR
-    most = limit(len(day), chance, min(0.5, rate * years))
-    shift = shifts(one.rest / one.size, one.mean_error / one.size)
-    size, sizes = np.abs(shift).max(axis=0), windows(shift.shape[-1])
-    return [
-        _Shift(one, REFERENCE + at, sizes[int(np.argmax(np.abs(shift[:, at])))], float(size[at]), most)
-        for at in np.flatnonzero(size > most).tolist()
-    ]
-
-
-def _gain(group: Sequence[Explained], rows: slice) -> float:
-    """What the parameters of one cause explain together of some recordings, in squares."""
+def _gain(group: Sequence[Explained], rows: slice, noise: float) -> float:
+    """What a cause explains of some recordings, in squares of the noise, less what its parameters would explain of noise: of more
+    than one, each must explain ``MORE`` in each recording."""
     rest = np.array([one.rest[rows] for one in group])
     total = 0.0
     for k in range(rest.shape[1]):
         M = np.array([one.history.coupling[rows][k] for one in group])
-        total += float(rest[:, k] @ M @ rest[:, k])
-    return total
+        total += float(rest[:, k] @ M @ rest[:, k]) / noise**2
+    return total - MORE * (len(group) - 1) * rest.shape[1]
 
 
 def _mean(one: Explained, rows: slice) -> tuple[float, float]:

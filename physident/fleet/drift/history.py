@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physident.fleet.candidates import WORDS, words_of
 from physident.fleet.dataset import read_rows
+from physident.fleet.drift.warm_up import warmth
 
 Array = NDArray[np.float64]
 
@@ -22,8 +23,9 @@ class History:
 
     ``day`` (N,) is the day of each since the year 1, ``change`` (N,) the change since the baseline in the parameter's ``unit``, ``std``
     (N,) its standard error, ``information`` (N,) what a unit of it explains and ``coupling`` (N, k) that with the candidate's
-    other parameters; ``temperature`` (N,) [degC] and ``load`` (N,) [N m|N], NaN where they are not known; ``baseline`` is the
-    value that changes are added to.
+    other parameters; ``temperature`` (N,) [degC] and ``load`` (N,) [N m|N], NaN where they are not known, and ``warmth`` (N, 2), see
+    ``warm_up``; ``found`` (N,) says where a recording alone shows that the parameter differs; ``baseline`` is the value that changes
+    are added to.
     """
 
     arm: str
@@ -39,6 +41,8 @@ class History:
     coupling: Array
     temperature: Array
     load: Array
+    warmth: Array
+    found: NDArray[np.bool_]
 
     @property
     def candidate(self) -> tuple[str, str, int]:
@@ -84,5 +88,5 @@ def _history(rows: list[dict]) -> History:
         baseline=first["baseline"], day=np.array([row["day"].toordinal() for row in rows], dtype=float),
         change=column("change"), std=column("std"), information=column("information"),
         coupling=np.array([row["coupling"] for row in rows], dtype=float), temperature=column("temperature"),
-        load=column("load"),
+        load=column("load"), warmth=warmth(rows), found=np.array([row["finding"] is not None for row in rows]),
     )  # fmt: skip
