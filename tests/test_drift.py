@@ -155,6 +155,20 @@ def test_windows_grow_and_end_with_the_history() -> None:
     assert windows(1) == [1]
 
 
+def logged(session: Path) -> dict[str, Array]:
+    """The curves in a session, by their entities."""
+    from rerun.chunk import RrdReader
+
+    found: dict[str, list[float]] = {}
+    for chunk in RrdReader(str(session)).stream():
+        batch = chunk.to_record_batch()
+        for label, column in zip(batch.schema.names, batch.columns, strict=True):
+            if label.endswith("Scalars:scalars"):
+                values = [float(value[0]) for value in column.to_pylist() if value]
+                found.setdefault(str(chunk.entity_path), []).extend(values)
+    return {path: np.array(values) for path, values in found.items()}
+
+
 def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     changes, temperature = drawn(10, 6, 30)
     changes["viscous_friction_1"][2, 15:] += 8 * STD
@@ -164,6 +178,13 @@ def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[s
         [{"arm": "arm_1", "day": START, "file": "bad.csv", "hash": "x", "error": "<no> rows"}],
     )
     page, record = tmp_path / "fleet.html", tmp_path / "drift.json"
+    session = tmp_path / "fleet.rrd"
+    assert run(["drift", str(folder), "--session", str(session)]) == 0
+    found = logged(session)
+    assert len(found["/shifts/arm_0"]) == 30 - REFERENCE
+    assert len(found["/arms/arm_2/cause/rest"]) == len(found["/arms/arm_2/temperature"]) == 30
+    np.testing.assert_allclose(found["/arms/arm_2/temperature"], temperature[2])
+    assert "/arms/arm_1/cause/rest" not in found
     assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0
     assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0  # replaces what it wrote
     text = page.read_text(encoding="utf-8")
@@ -181,6 +202,8 @@ def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[s
         (["nowhere"], "has no results of a fleet"),
         (["nowhere", "--false-alarms", "0"], "rate of false alarms"),
         (["nowhere", "--page", "x.txt"], "ends in .html"),
+        (["nowhere", "--session", "x.txt"], "ends in .rrd"),
+        (["nowhere", "--until", "2026-13-01"], "2026-13-01"),
     ],
 )
 def test_bad_input_is_one_line(words: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:

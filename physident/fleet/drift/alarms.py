@@ -89,8 +89,8 @@ class Drift:
 
 def alarm_text(alarm: Alarm) -> str:
     """The cause of an alarm with its size, its rivals and its trend, in a sentence."""
-    unit = alarm.shown.history.unit
-    text = f"{alarm.words}; {alarm.shown.history.parameter} {alarm.shift:+.3g} ± {1.96 * alarm.std:.2g} {unit} since about {alarm.since}"
+    unit = alarm.shown.history.unit_text
+    text = f"{alarm.words}; {alarm.shown.history.parameter} {alarm.shift:+.3g} ± {1.96 * alarm.std:.2g}{unit and ' '}{unit} since about {alarm.since}"
     if alarm.trend is not None:
         text += f", in {alarm.trend.days:.0f} days {alarm.trend.value:+.3g} ({alarm.trend.low:.3g} to {alarm.trend.high:.3g})"
     return text + (f"; or {', '.join(alarm.rivals)}" if alarm.rivals else "")

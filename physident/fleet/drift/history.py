@@ -50,6 +50,11 @@ class History:
         return self.arm, self.effect, self.joint
 
     @property
+    def unit_text(self) -> str:
+        """The unit as it is printed: nothing for a relative change."""
+        return "" if self.unit == "1" else self.unit
+
+    @property
     def words(self) -> str:
         """What it is, in words."""
         return words_of(self.effect, self.joint)

@@ -64,8 +64,8 @@ def _log_alarm(rec: rr.RecordingStream, drift: Drift, alarm: Alarm) -> None:
     _points(rec, f"{root}/cause/measured", history.day, history.change, "as measured", SESSION_MEASURED)
     without = "without temperature and load" if shown.conditions else "without the reference's mean"
     _curve(rec, f"{root}/cause/rest", history.day, shown.rest, without, EXTENDED)
-    _curve(rec, f"{root}/cause/band/high", history.day, band, "chance, 95 %", OTHER)
-    _curve(rec, f"{root}/cause/band/low", history.day, -band, "", OTHER)
+    _curve(rec, f"{root}/cause/band/high", history.day, band, "upper end of chance, 95 %", OTHER)
+    _curve(rec, f"{root}/cause/band/low", history.day, -band, "lower end of chance, 95 %", OTHER)
     first = np.flatnonzero(history.day == alarm.day.toordinal())
     _points(rec, f"{root}/cause/first", history.day[first], shown.rest[first], "first shown", RESIDUAL)
     for one in _beside(drift, alarm):
@@ -74,10 +74,10 @@ def _log_alarm(rec: rr.RecordingStream, drift: Drift, alarm: Alarm) -> None:
     if np.isfinite(history.temperature).any():
         _curve(rec, f"{root}/temperature", history.day, history.temperature, "temperature", RESIDUAL)
     for one in drift.histories:
-        if one.history.arm == alarm.arm:
+        if one.history.candidate == history.candidate:
             for k in np.flatnonzero(one.history.found).tolist():
                 rec.set_time(TIMELINE, timestamp=_seconds(one.history.day[k]))
-                text = f"{one.history.words}: {one.history.parameter} {one.history.change[k]:+.3g} {one.history.unit}"
+                text = f"{one.history.words}: {one.history.parameter} {one.history.change[k]:+.3g} {one.history.unit_text}".rstrip()
                 rec.log(f"{root}/findings", rr.TextLog(text, level=rr.TextLogLevel.INFO))
     rec.set_time(TIMELINE, timestamp=_seconds(alarm.day.toordinal()))
     rec.log(f"{root}/findings", rr.TextLog(f"alarm: {alarm_text(alarm)}", level=rr.TextLogLevel.WARN))
@@ -106,7 +106,7 @@ def _summary(drift: Drift) -> str:
 def _blueprint(drift: Drift) -> Any:
     import rerun.blueprint as rrb
 
-    days = extent([course.day for course in drift.courses]) or (0.0, 1.0)
+    days = extent([one.history.day for one in drift.histories]) or (0.0, 1.0)
     tabs: list[Any] = [
         _plot("/shifts", "largest shift of each arm, over what chance reaches", days, None, legend=False)
     ]
@@ -126,7 +126,7 @@ def _tab(alarm: Alarm, days: tuple[float, float]) -> Any:
     root, shown = f"/arms/{path_part(alarm.arm)}", alarm.shown
     history = shown.history
     ends = extent([history.change, shown.rest, CHANCE * shown.size, -CHANCE * shown.size])
-    cause = f"{alarm.words}: change of {history.parameter}, {in_title(ends, history.unit)}"
+    cause = f"{alarm.words}: change of {history.parameter}, {in_title(ends, history.unit_text)}"
     views: list[Any] = [
         _plot(f"{root}/cause", cause, days, ends),
         _plot(f"{root}/others", "parameters that moved most, in standard deviations", days, None),
