@@ -155,6 +155,20 @@ def test_windows_grow_and_end_with_the_history() -> None:
     assert windows(1) == [1]
 
 
+def logged(session: Path) -> dict[str, Array]:
+    """The curves in a session, by their entities."""
+    from rerun.chunk import RrdReader
+
+    found: dict[str, list[float]] = {}
+    for chunk in RrdReader(str(session)).stream():
+        batch = chunk.to_record_batch()
+        for label, column in zip(batch.schema.names, batch.columns, strict=True):
+            if label.endswith("Scalars:scalars"):
+                values = [float(value[0]) for value in column.to_pylist() if value]
+                found.setdefault(str(chunk.entity_path), []).extend(values)
+    return {path: np.array(values) for path, values in found.items()}
+
+
 def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     changes, temperature = drawn(10, 6, 30)
     changes["viscous_friction_1"][2, 15:] += 8 * STD
@@ -164,6 +178,13 @@ def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[s
         [{"arm": "arm_1", "day": START, "file": "bad.csv", "hash": "x", "error": "<no> rows"}],
     )
     page, record = tmp_path / "fleet.html", tmp_path / "drift.json"
+    session = tmp_path / "fleet.rrd"
+    assert run(["drift", str(folder), "--session", str(session)]) == 0
+    found = logged(session)
+    assert len(found["/shifts/arm_0"]) == 30 - REFERENCE
+    assert len(found["/arms/arm_2/cause/rest"]) == len(found["/arms/arm_2/temperature"]) == 30
+    np.testing.assert_allclose(found["/arms/arm_2/temperature"], temperature[2])
+    assert "/arms/arm_1/cause/rest" not in found
     assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0
     assert run(["drift", str(folder), "--page", str(page), "--json", str(record)]) == 0  # replaces what it wrote
     text = page.read_text(encoding="utf-8")
@@ -181,6 +202,8 @@ def test_page_and_json_of_a_fleet(tmp_path: Path, capfd: pytest.CaptureFixture[s
         (["nowhere"], "has no results of a fleet"),
         (["nowhere", "--false-alarms", "0"], "rate of false alarms"),
         (["nowhere", "--page", "x.txt"], "ends in .html"),
+        (["nowhere", "--session", "x.txt"], "ends in .rrd"),
+        (["nowhere", "--until", "2026-13-01"], "2026-13-01"),
     ],
 )
 def test_bad_input_is_one_line(words: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:
@@ -196,3 +219,60 @@ def test_too_short_a_history_is_not_watched(tmp_path: Path) -> None:
     assert not drift.alarms
     with pytest.raises(InputError, match="has no results"):
         find_drift(tmp_path / "rows")
+
+
+def hours(folder: Path, seed: int, clocks: bool) -> Path:
+    """Six arms without a thermometer, in 30 days each recorded for ten minutes one to four hours after they started, and longer
+    ones before, whose friction falls by 8 standard deviations as they warm up; ``clocks`` count from the day's start."""
+    rng = np.random.default_rng(seed)
+    (folder / "rows").mkdir(parents=True)
+    for arm in range(6):
+        for k in range(30):
+            begun, day = 0.0, START + timedelta(days=10 * k)
+            for part, seconds in enumerate(rng.uniform(300, 4000, rng.integers(1, 4)).tolist()):
+                times = np.linspace(begun, begun + seconds, 200)
+                change = 8 * STD * float(np.exp(-times / 3600).mean()) + STD * rng.normal()
+                row = {
+                    "arm": f"arm_{arm}", "day": day, "file": f"{arm}/{day}/{part}", "hash": f"{arm}_{k}_{part}",
+                    "parameter": "viscous_friction_1", "effect": "viscous_friction", "joint": 1, "unit": "N m s/rad",
+                    "value": 5 + change, "change": change, "std": STD, "low": 0.0, "high": 9.0, "baseline": 5.0,
+                    "information": STD**-2, "blocks": 20.0, "temperature": None, "load": 10.0, "seconds": seconds,
+                    "start": 1e9 + 864000 * k + begun if clocks else 0.0, "coupling": [STD**-2],
+                }  # fmt: skip
+                write_rows(folder / "rows" / f"{row['hash']}.parquet", [row])
+                begun += seconds
+    return folder
+
+
+@pytest.mark.parametrize("clocks", [True, False])
+def test_warm_up_since_the_start_of_a_day_is_explained_away(tmp_path: Path, clocks: bool) -> None:
+    drift = find_drift(hours(tmp_path, 12, clocks))
+    assert not drift.alarms
+    for one in drift.histories:
+        assert one.conditions == ("warm-up in 10 min", "warm-up in 60 min")
+        assert one.slopes[1] == pytest.approx(-8 * STD, rel=0.35)
+        assert np.std(one.history.change) > 1.5 * STD
+        assert np.std(one.rest) < 1.2 * STD
+
+
+def test_later_recordings_are_not_looked_at(tmp_path: Path) -> None:
+    changes, temperature = drawn(13, 6, 40)
+    changes["viscous_friction_1"][2, 30:] += 8 * STD
+    folder = fleet(tmp_path, changes, temperature)
+    begun = START + timedelta(days=300)
+    assert not find_drift(folder, until=begun - timedelta(days=1)).alarms
+    (alarm,) = find_drift(folder, until=begun + timedelta(days=20)).alarms
+    assert (alarm.arm, alarm.effect) == ("arm_2", "viscous_friction")
+    assert alarm.clearest == begun + timedelta(days=20)
+
+
+def test_the_cause_is_that_of_the_clearest_recordings(tmp_path: Path) -> None:
+    """A parameter that jumps for one recording, and months later another one that stays changed."""
+    changes, temperature = drawn(14, 6, 40)
+    changes["coulomb_friction_2"][4, 12] += 9 * STD
+    changes["viscous_friction_1"][4, 30:] += 9 * STD
+    (alarm,) = find_drift(fleet(tmp_path, changes, temperature)).alarms
+    assert alarm.day == START + timedelta(days=120)
+    assert (alarm.effect, alarm.joint) == ("viscous_friction", 1)
+    assert abs((alarm.since - START).days - 300) <= 10
+    assert alarm.clearest > START + timedelta(days=310)

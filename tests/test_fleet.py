@@ -16,6 +16,7 @@ from physident.cli import run
 from physident.errors import InputError
 from physident.fleet.changes import changes_in
 from physident.fleet.dataset import read_rows
+from physident.fleet.friction_laws import identify_with_friction_laws
 from physident.fleet.naming import arm_and_day, pattern_of
 from physident.fleet.run import run_fleet
 from physident.fleet.work import Reading, make_baseline
@@ -35,8 +36,11 @@ RATE, DURATION = 100.0, 15.0
 DRY, VISCOUS = np.array([6.0, 3.0]), np.array([5.0, 2.0])
 
 
-def write_run(path: Path, seed: int, friction: float = 1.0, constant: float = 1.0, payload: float = 0.0) -> None:
-    """A recording by pinocchio, with the friction of joint 1 and the torque constant of joint 2 scaled, and a payload [kg]."""
+def write_run(
+    path: Path, seed: int, friction: float = 1.0, constant: float = 1.0, payload: float = 0.0, lift: float = 0.0
+) -> None:
+    """A recording by pinocchio, with the friction of joint 1 and the torque constant of joint 2 scaled, a payload [kg], and ``lift`` [N m]
+    more friction near standstill."""
     rng, time = np.random.default_rng(seed), np.arange(0, DURATION, 1 / RATE)
     tones = 2 * np.pi * np.array([0.13, 0.31, 0.47])[:, None]
     size, phase = rng.uniform(0.2, 0.5, (3, 2)), rng.uniform(0, 2 * np.pi, (3, 2))
@@ -47,7 +51,10 @@ def write_run(path: Path, seed: int, friction: float = 1.0, constant: float = 1.
     model.inertias[2] += pin.Inertia(payload, np.array([0.3, 0.0, 0.0]), 1e-3 * payload * np.eye(3))
     data = model.createData()
     torque = np.array([pin.rnea(model, data, *state).copy() for state in zip(q, v, a, strict=True)])
-    torque += np.array([friction, 1.0]) * (DRY * np.tanh(v / 0.003) + VISCOUS * v) + np.array([1.0, 0.4]) * a
+    torque += (
+        np.array([friction, 1.0]) * ((DRY + lift * np.exp(-((v / 0.1) ** 2))) * np.tanh(v / 0.003) + VISCOUS * v)
+        + np.array([1.0, 0.4]) * a
+    )
     torque = torque / np.array([1.0, constant]) + rng.normal(0, 0.1, q.shape)
     table = np.column_stack([time, q, v + rng.normal(0, 1e-3, v.shape), torque])
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -116,6 +123,31 @@ def test_only_new_files_are_worked_on_and_a_broken_one_is_a_row(tmp_path: Path, 
     assert {"arm", "day", "parameter", "value", "low", "high", "finding", "error"} <= set(frame.columns)
     with pytest.raises(InputError, match="another baseline"):
         run_fleet(robot, every, "{robot}/{date}", out, workers=1, baseline=3)
+
+
+@pytest.mark.parametrize(("lift", "law"), [(0.0, False), (4.0, True)])
+def test_a_baseline_has_the_laws_of_friction_that_its_recordings_show(
+    tmp_path: Path, robot: Robot, lift: float, law: bool
+) -> None:
+    for seed in range(1, 9):
+        write_run(tmp_path / f"{seed}.csv", seed, lift=lift)
+    write_run(tmp_path / "unseen.csv", 9, lift=lift)
+    runs = pid.load_recordings(str(tmp_path / "[1-8].csv"))
+    found, default = identify_with_friction_laws(robot, runs), pid.identify(robot, runs)
+    assert ("stribeck_friction" in [effect.name for effect in found.model.effects]) is law
+    errors = [pid.validate(one, tmp_path / "unseen.csv").rms for one in (found, default)]
+    assert (errors[0] <= (0.7 if law else 1.05) * errors[1]).all()
+
+
+def test_friction_is_scaled_with_all_its_laws(tmp_path: Path, robot: Robot) -> None:
+    for seed in range(1, 9):
+        write_run(tmp_path / f"{seed}.csv", seed, lift=4.0)
+    write_run(tmp_path / "new.csv", 9, lift=4.0, friction=1.2)
+    baseline = identify_with_friction_laws(robot, pid.load_recordings(str(tmp_path / "[1-8].csv")))
+    changes = {one.parameter: one for one in changes_in(baseline, pid.load_recording(tmp_path / "new.csv"))}
+    assert changes["friction_1"].change == pytest.approx(0.2, abs=0.01)
+    assert abs(changes["friction_2"].change) < 0.02
+    assert not any("stribeck" in name for name in changes)
 
 
 def test_a_baseline_leaves_out_files_that_cannot_be_used(tmp_path: Path, robot: Robot, runs: Path) -> None:

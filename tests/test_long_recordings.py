@@ -53,11 +53,33 @@ def pieces(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> I
     LARGE.reset(token)
 
 
+def weighed(estimate: pid.Estimate, file: Path) -> list[float]:
+    """What a load's recording says of mass and gains, without the program that finds the rigid body."""
+    found = pid.identify_payload(estimate, file)
+    change, day = found.gain_change, found.friction_of_the_day
+    return [change.change, change.error, day.mass, *day.mass_interval, *day.sigma, *found.sigma_without_load]
+
+
 @pytest.fixture(scope="module")
 def in_memory(files: list[Path]) -> tuple[pid.Estimate, pid.Score, str]:
     """The model of the first recording, its score on the second, and what inspection says of the first."""
     estimate = pid.identify("ur5", files[0])
     return estimate, pid.validate(estimate, files[1]), repr(inspect_recording(load_recording(files[0])))
+
+
+@pytest.fixture(scope="module")
+def weighed_in_memory(files: list[Path], in_memory: tuple[pid.Estimate, pid.Score, str]) -> list[float]:
+    return weighed(in_memory[0], files[1])
+
+
+@pytest.mark.parametrize("pieces", [(311, 1)], indirect=True)
+def test_pieces_weigh_the_same_load(
+    pieces: None, files: list[Path], in_memory: tuple[pid.Estimate, pid.Score, str], weighed_in_memory: list[float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    for module in ("friction_of_the_day", "gain_change"):
+        monkeypatch.setattr(f"physident.estimation.payload.{module}.INSTANTS", 97)
+    np.testing.assert_allclose(weighed(in_memory[0], files[1]), weighed_in_memory, rtol=1e-8)
 
 
 @pytest.mark.parametrize("pieces", [(311, 1), (1000, 2), (4096, 1)], indirect=True)

@@ -110,6 +110,7 @@ class ViscousFriction(VelocityFriction):
         _check_lead(self)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
+        # no sign, whose expectation would take a tenth of an identification's time
         return led_by(signals, self.lead).v.T[self.active(robot)]
 
     def stepped(self, robot: Robot) -> Effect:

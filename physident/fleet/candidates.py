@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE, make_effects
+from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.fleet.lost_motion import LostMotion
 
@@ -24,7 +25,7 @@ WORDS = {
     "payload": "payload",
     "gravity_tilt": "mounting of the base (tilt)",
 }
-PARTS = ("viscous_friction", "coulomb_friction")  # of the friction that wear and lubrication scale as a whole
+LAWS = ("stribeck_friction", "load_dependent_friction")  # that a baseline may have beside these
 FIRST_MOMENTS = 4  # parameters of a payload that are fitted: mass and first moments; its own inertia is small
 
 
@@ -46,9 +47,10 @@ def words_of(effect: str, joint: int) -> str:
     return WORDS[effect].format(joint=joint)
 
 
-def watched_effects() -> tuple[Effect, ...]:
-    """The effects whose parameters are watched."""
-    return (*make_effects([name for name in WORDS if name in CATALOGUE]), LostMotion())
+def watched_effects(model: Model) -> tuple[Effect, ...]:
+    """The effects whose parameters are watched, and other laws of friction of an arm's ``model``, which are watched as a whole."""
+    others = [effect for effect in model.effects if effect.family is Family.FRICTION and effect.name not in WORDS]
+    return (*make_effects([name for name in WORDS if name in CATALOGUE]), LostMotion(), *others)
 
 
 def candidates_of(model: Model, effects: tuple[Effect, ...]) -> list[Candidate]:
@@ -59,6 +61,8 @@ def candidates_of(model: Model, effects: tuple[Effect, ...]) -> list[Candidate]:
     units = np.eye(len(columns))
     groups: dict[tuple[str, int], list[int]] = {}
     for k, column in enumerate(columns):
+        if column.effect not in WORDS:
+            continue
         groups.setdefault((column.effect, column.joint), []).append(k)
     found = []
     for (effect, joint), places in groups.items():
@@ -74,8 +78,9 @@ def candidates_of(model: Model, effects: tuple[Effect, ...]) -> list[Candidate]:
                 units[:, places],
             )
         )
-    for joint in range(1, robot.n + 1):
-        places = [k for k, column in enumerate(columns) if column.effect in PARTS and column.joint == joint]
+    friction = {effect.name for effect in effects if effect.family is Family.FRICTION}
+    for joint in range(1, robot.n + 1):  # wear and lubrication scale friction as a whole
+        places = [k for k, column in enumerate(columns) if column.effect in friction and column.joint == joint]
         whole = sum(known.get(columns[k].name, 0.0) * units[:, [k]] for k in places)
         found.append(Candidate("friction", joint, (f"friction_{joint}",), ("1",), np.ones(1), np.asarray(whole)))
     return found

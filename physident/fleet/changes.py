@@ -65,7 +65,7 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
     model, robot, filter = baseline.model, baseline.model.robot, baseline.filter
     signals = hold_rests(model, prepare_all(robot, [recording], filter))
     arm = build_regressor(robot, model.effects, signals, filter, model=model)
-    effects = watched_effects()
+    effects = watched_effects(model)
     watched = build_regressor(robot, effects, signals, filter, model=model)
     residual = (arm.torque - arm.predict(model.theta)) * watched.counted
     weights = rest_weights(spread_rows(robot, model.effects, signals, filter), dry_level(model), residual, arm.counted)

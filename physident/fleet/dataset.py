@@ -21,7 +21,7 @@ BLOCK = 1 << 22  # bytes read at once
 LARGEST_SETTINGS = 10_000_000  # bytes
 TEXTS = ("arm", "file", "hash", "parameter", "effect", "unit", "finding", "error")
 NUMBERS = (
-    "value", "change", "std", "low", "high", "baseline", "information", "blocks", "temperature", "load", "seconds",
+    "value", "change", "std", "low", "high", "baseline", "information", "blocks", "temperature", "load", "seconds", "start",
 )  # fmt: skip
 
 

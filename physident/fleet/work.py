@@ -13,9 +13,10 @@ from typing import Any
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimate_file import load_estimate
-from physident.estimation.identify import identify, prepare_all
+from physident.estimation.identify import prepare_all
 from physident.fleet.candidates import words_of
 from physident.fleet.changes import Change, changes_in
+from physident.fleet.friction_laws import identify_with_friction_laws
 from physident.processes import VARIABLE
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
@@ -68,7 +69,7 @@ def make_baseline(robot: Robot, files: list[str], wanted: int, reading: Reading)
         return f"the arm has no baseline: {reason}"
     with _quiet():
         try:
-            return identify(robot, recordings, filter=reading.cutoff)
+            return identify_with_friction_laws(robot, recordings, reading.cutoff)
         except PhysidentError as error:
             return f"the arm has no baseline: {error}"
 
@@ -102,6 +103,7 @@ def _row(change: Change, recording: Recording) -> dict[str, Any]:
         "high": change.high, "baseline": change.baseline, "information": change.information,
         "blocks": float(change.blocks), "temperature": temperature,
         "coupling": list(change.coupling), "load": change.load, "seconds": recording.duration,
+        "start": float(recording.time[0]),
         "finding": _finding(change),
     }  # fmt: skip
 

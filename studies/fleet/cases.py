@@ -38,9 +38,9 @@ def _only(joint: int, value: float, otherwise: float = 1.0) -> Array:
     return result
 
 
-def cases(schedules: list[Array]) -> list[Case]:
-    """The five of the fleet, at arms and days that are drawn once."""
-    rng = np.random.default_rng(26)
+def cases(schedules: list[Array], offset: int) -> list[Case]:
+    """The five of the fleet of an ``offset`` of all seeds, at arms and days that are drawn once."""
+    rng = np.random.default_rng(26 + offset)
     arms = rng.choice(ARMS, 5, replace=False).tolist()
     onset = [float(x) for x in rng.uniform(300, 500, 5)]
     tenth = 0.1 / GROWTH
@@ -63,27 +63,28 @@ def cases(schedules: list[Array]) -> list[Case]:
     ]  # fmt: skip
 
 
-def schedules() -> list[Array]:
+def schedules(offset: int) -> list[Array]:
     """The days (25,) on which each arm is recorded."""
-    rng = np.random.default_rng(27)
+    rng = np.random.default_rng(27 + offset)
     return [np.sort(np.linspace(10, DAYS - 10, EACH) + rng.uniform(-8, 8, EACH)) for _ in range(ARMS)]
 
 
-def temperature(day: float, arm: int) -> float:
+def temperature(day: float, arm: int, offset: int) -> float:
     """Temperature [degC] of an arm on a day: the season, the weather and the hall."""
-    rng = np.random.default_rng([arm, int(day), 3])
+    rng = np.random.default_rng([arm + offset, int(day), 3])
     return float(22 + 6 * np.sin(2 * np.pi * (day - 110) / 365) + rng.normal(0, 2.5) + arm % 4)
 
 
-def write_fleet(folder: Path) -> list[Case]:
+def write_fleet(folder: Path, offset: int) -> list[Case]:
     """Write all recordings as ``arm_07/2024-05-01.parquet`` and return the arms that degrade."""
-    plans = schedules()
-    chosen = cases(plans)
+    plans = schedules(offset)
+    chosen = cases(plans, offset)
     for number in range(ARMS):
-        arm = Arm.drawn(number)
+        arm = Arm.drawn(number + offset)
         course = next((case.course for case in chosen if case.arm == number), lambda _: State())
         for day in plans[number].tolist():
             name = START + timedelta(days=int(day))
-            columns = arm.recording(course(day), temperature(day, number), seed=1000 * number + int(day))
+            seed = 1000 * (number + offset) + int(day)
+            columns = arm.recording(course(day), temperature(day, number, offset), seed)
             write(folder / f"arm_{number:02d}" / f"{name}.parquet", columns)
     return chosen

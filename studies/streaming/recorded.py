@@ -16,26 +16,35 @@ RATE = 500.0  # Hz
 CYCLE, MOTION = 20.0, 18.0  # s: each cycle is a motion and a rest
 PIECE = 100_000  # rows written at once
 ENCODER = 2 * np.pi / 2**19  # rad
+CENTRE, RADIUS = 0.12, 0.06  # m: of a load
 SPEED_NOISE, TORQUE_NOISE = 1e-3, 0.4  # rad/s, N m
 
 
-def true_model() -> Model:
-    """The arm: a UR10e with the inertia of its description, rotors and friction."""
+def true_model(load: float = 0.0) -> Model:
+    """The arm: a UR10e with the inertia of its description, rotors and friction; with a ``load`` [kg], a ball at its tool."""
     model = Model.nominal(pid.load_robot("ur10e"))
     theta = np.array(model.theta)
     sizes = {"rotor_inertia": 1.5, "viscous_friction": 12.0, "coulomb_friction": 8.0, "torque_offset": 0.5}
     for k, column in enumerate(model.columns):
         if column.effect in sizes:
             theta[k] = sizes[column.effect] * (1.0 if column.joint <= 3 else 0.2)
+    place = [k for k, column in enumerate(model.columns) if column.effect == "rigid_body"][-10]
+    theta[place : place + 10] += load * np.array([1.0, 0.0, 0.0, CENTRE, *_ball(CENTRE)])
     return Model(model.robot, model.effects, theta)
 
 
-def write_recording(path: Path, rows: int, seed: int = 0) -> None:
-    """Write ``rows`` rows of time, q, dq and tau."""
+def _ball(centre: float) -> tuple[float, ...]:
+    """Ixx, Ixy, Iyy, Ixz, Iyz, Izz of a ball of 1 kg in the frame of the last link, ``centre`` [m] in front of it."""
+    own = 0.4 * RADIUS**2
+    return own + centre**2, 0.0, own + centre**2, 0.0, 0.0, own
+
+
+def write_recording(path: Path, rows: int, seed: int = 0, load: float = 0.0) -> None:
+    """Write ``rows`` rows of time, q, dq and tau, with a ``load`` [kg]."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    model, rng = true_model(), np.random.default_rng(seed)
+    model, rng = true_model(load), np.random.default_rng(seed)
     n = model.robot.n
     names = ["time", *(f"{kind}_{j}" for kind in ("q", "dq", "tau") for j in range(1, n + 1))]
     schema = pa.schema([(name, pa.float64()) for name in names])

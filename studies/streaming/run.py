@@ -16,8 +16,9 @@ from kept import keep
 from recorded import write_recording
 
 SIZES = (200_000, 1_000_000, 5_000_000)  # rows
-VERBS = ("identify", "validate", "inspect", "diagnose")
+VERBS = ("identify", "validate", "inspect", "payload", "diagnose")
 COMPARED = 1_000_000  # rows of which all is also computed in memory, by one process
+LOAD = 3.0  # kg
 # one call in a process of its own, whose memory is its own; PHYSIDENT_LARGE is a limit that only this study sets
 CALL = """
 import json, resource, sys, time, warnings
@@ -36,6 +37,8 @@ elif verb == "diagnose":
     pid.diagnose_motion(pid.load_estimate(model), path)
 elif verb == "validate":
     pid.validate(pid.load_estimate(model), path, include_fitted=True)
+elif verb == "payload":
+    pid.identify_payload(pid.load_estimate(model), path)
 else:
     from physident.recordings.inspection import inspect_recording
     from physident.recordings.load import load_recording
@@ -77,6 +80,9 @@ def measured(folder: Path, rows: int, verbs: Sequence[str]) -> dict[str, Any]:
     for verb in ("validate", "inspect", "diagnose"):
         if verb in verbs and (rows <= COMPARED or verb == "diagnose"):
             found[verb] = call(verb, path, model)
+    if "payload" in verbs and rows <= COMPARED:
+        write_recording(path, rows, seed=1, load=LOAD)
+        found["payload"] = call("payload", path, model)
     return found
 
 

@@ -44,12 +44,12 @@ def second_line(path: Path) -> None:
 
 
 def zip_bomb(path: Path) -> None:
-    """An array of 110,000,000 numbers in under a megabyte."""
+    """An array that states more numbers than any recording has, and 110,000,000 of them in under a megabyte."""
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
         archive.open("time.npy", "w", force_zip64=True) as stream,
     ):
-        head = {"descr": "<f8", "fortran_order": False, "shape": (110_000_000,)}
+        head = {"descr": "<f8", "fortran_order": False, "shape": (4_100_000_000,)}
         np.lib.format.write_array_header_1_0(stream, head)
         for _ in range(110):
             stream.write(bytes(8_000_000))

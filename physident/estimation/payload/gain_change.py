@@ -15,13 +15,16 @@ from numpy.typing import NDArray
 from physident.dynamics.regressor import Regressor
 from physident.estimation.estimate import Estimate
 from physident.estimation.payload.friction_of_the_day import (
+    INSTANTS,
+    Rows,
     blocks_of,
     first_coefficient,
     lasting,
     load_and_day,
-    residual_of,
+    solve_factor,
 )
 from physident.estimation.uncertainty import t_quantile
+from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
 LEVEL = 0.99  # of the test of all joints together: one healthy recording in a hundred is doubted
@@ -59,25 +62,44 @@ def find_gain_change(estimate: Estimate, whole: Regressor, load: Regressor, sigm
     """The change of drive gains in recordings of a load: ``whole`` and ``load`` are the arm's and the load's weighted
     regressors, ``sigma`` (n,) [N m|N] the residual. The uncertainty of the arm's parameters is part of the error."""
     model, n = estimate.model, len(whole.joints)
-    torque, beside = (load.torque / sigma).reshape(-1), load_and_day(model, whole, load, sigma)
-    carried = whole.predict(np.where(lasting(model), model.theta, 0.0)) / sigma
+    carried = whole.predict(np.where(lasting(model), model.theta, 0.0))
+
+    def each(some: slice) -> Array:
+        """What the arm carries on each joint, one column each, and the columns beside it."""
+        own = (carried[some] / sigma)[:, :, None] * np.eye(n)
+        return np.column_stack([own.reshape(-1, n), load_and_day(model, whole, load, sigma, some)])
+
+    rows = Rows(load.torque, sigma, each)
     places = [None, *range(1, n + 1)] if n > 1 else [None]
-    left = {j: residual_of(_joined(carried, j, beside), torque) for j in places}
-    joint = min(places, key=lambda j: float(left[j] @ left[j]))
-    labels = blocks_of(load, left[joint])
-    change, error, slope = first_coefficient(_joined(carried, joint, beside), torque, labels)
-    arm = (whole.Y[:, :, estimate.base.independent] / sigma[:, None]).reshape(len(torque), -1)
-    transfer = slope @ arm
+    left = {j: _left(rows.factor, _joined(j, n, rows.factor.shape[1] - 1)) for j in places}
+    joint = min(places, key=lambda j: left[j])
+    joined = _joined(joint, n, rows.factor.shape[1] - 1)
+    chosen = Rows(load.torque, sigma, lambda some: each(some) @ joined)
+    labels = blocks_of(load, chosen.residual(solve_factor(rows.factor[:, :-1] @ joined, rows.factor[:, -1])))
+    fit = first_coefficient(chosen, labels)
+    transfer = np.zeros(len(estimate.base.independent))
+    for some in blocks(len(load.torque), INSTANTS):
+        arm = whole.dense(some)[:, :, estimate.base.independent] / sigma[:, None]
+        transfer += (chosen.columns(some) @ fit.slope) @ arm.reshape(-1, len(transfer))
     return GainChange(
         joint=joint,
-        change=change,
-        error=math.sqrt(error**2 + float(transfer @ estimate.covariance @ transfer)),
-        blocks=int(labels[-1]) + 1,
+        change=fit.value,
+        error=math.sqrt(fit.error**2 + float(transfer @ estimate.covariance @ transfer)),
+        blocks=fit.blocks,
         tested=len(places),
     )
 
 
-def _joined(carried: Array, joint: int | None, beside: Array) -> Array:
-    """Columns (M n, 1 + k): what the arm carries (M, n), on one joint or on all, and those beside it (M n, k)."""
-    chosen = np.ones(carried.shape[1]) if joint is None else np.arange(1, carried.shape[1] + 1) == joint
-    return np.column_stack([(carried * chosen).reshape(-1), beside])
+def _joined(joint: int | None, n: int, count: int) -> Array:
+    """The matrix (count, 1 + count - n) that keeps what the arm carries on one of n joints, or sums it over all, and the rest."""
+    result = np.zeros((count, 1 + count - n))
+    result[:n, 0] = 1.0 if joint is None else np.arange(1, n + 1) == joint
+    result[n:, 1:] = np.eye(count - n)
+    return result
+
+
+def _left(factor: Array, joined: Array) -> float:
+    """The square sum that least squares of joined columns leave."""
+    columns, torque = factor[:, :-1] @ joined, factor[:, -1]
+    residual = torque - columns @ solve_factor(columns, torque)
+    return float(residual @ residual)

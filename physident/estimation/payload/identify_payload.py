@@ -25,6 +25,7 @@ from physident.estimation.payload.payload import Payload
 from physident.estimation.physical.cones import Cones, MatrixInequality
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import Compressed, compress, weight_rows
+from physident.large_arrays import blocks
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
@@ -164,9 +165,10 @@ def _arm_covariance(estimate: Estimate, whole: Regressor, load: Regressor, sigma
     place[estimate.base.independent] = np.arange(estimate.base.r)
     for arm, carried, s in zip(whole.joints, load.joints, sigma, strict=True):
         seen = place[arm.columns] >= 0
-        A, Y = carried.values / s, arm.values[:, seen] / s
-        normal[np.ix_(carried.columns, carried.columns)] += A.T @ A
-        mixed[np.ix_(carried.columns, place[arm.columns[seen]])] += A.T @ Y
+        for some in blocks(len(load.time)):
+            A, Y = carried.some(some) / s, arm.some(some)[:, seen] / s
+            normal[np.ix_(carried.columns, carried.columns)] += A.T @ A
+            mixed[np.ix_(carried.columns, place[arm.columns[seen]])] += A.T @ Y
     transfer = np.linalg.solve(normal, mixed)
     return transfer @ estimate.covariance @ transfer.T
 

@@ -11,6 +11,7 @@ from physident.dynamics.regressor import JointRows, Regressor
 from physident.effects.effect import Column
 from physident.errors import InputError
 from physident.identifiability.base_parameters import BaseParameters
+from physident.large_arrays import blocks, empty
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS
 
 Array = NDArray[np.float64]
@@ -27,11 +28,14 @@ def load_regressor(regressor: Regressor, torque: Array, rows: NDArray[np.bool_] 
     first = [i for i, c in enumerate(regressor.columns) if c.effect == "rigid_body" and c.joint == n]
     if len(first) != 10:
         raise InputError("the model has no rigid_body effect, expected one: a load acts through the last link")
-    carried = np.ones(len(regressor.time)) if rows is None else rows.astype(float)
     joints = []
     for one in regressor.joints:
         last_link = np.isin(one.columns, first)
-        joints.append(JointRows(one.columns[last_link] - first[0], one.values[:, last_link] * carried[:, None]))
+        plain = empty((len(one.plain), int(last_link.sum())))
+        for some in blocks(len(plain)):
+            plain[some] = one.plain[some][:, last_link]
+        own = JointRows(one.columns[last_link] - first[0], plain, one.weight)
+        joints.append(own if rows is None else own.weighted(rows.astype(float)))
     return replace(regressor, columns=load_columns(n + 1), joints=tuple(joints), torque=torque)
 
 

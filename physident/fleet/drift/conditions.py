@@ -1,5 +1,6 @@
 """What temperature and load explain of a parameter, and how much the rest scatters from day to day.
 
+Where no temperature was measured, the time that an arm had been at work on the day stands for it.
 Arms of one kind depend on temperature alike: the slopes are those of all arms together, without the arms' means, by Huber's loss,
 so that the few arms that change do not decide them. Fewer than ``ENOUGH`` arms show no common slope: each then has its own, from the
 recordings of its reference period.
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.fleet.drift.history import History
+from physident.fleet.drift.warm_up import TIME_CONSTANTS
 
 Array = NDArray[np.float64]
 REFERENCE = 8  # recordings at the beginning of a history that say what is usual: a mean of them errs by a third of one's scatter
@@ -22,7 +24,8 @@ ROUNDS = 30
 BEND = 1.345  # standard deviations at which Huber's loss turns linear
 MIDDLE = 0.4549  # median of the square of a normal number
 LEAST = 0.1  # share of the standard errors: of fewer recordings than parameters, nothing would be left
-SPREAD = 0.5  # degC, or a share of the load: a condition that varies less explains nothing
+SPREAD = 0.5  # degC: a temperature that varies less explains nothing
+WARMER = 0.05  # of the way from cold to warm: as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,8 @@ def _conditions(group: Sequence[History]) -> tuple[tuple[str, ...], list[Array]]
         columns["temperature"] = [one.temperature - middle for one in group]
         if len(group) >= ENOUGH:
             columns["temperature squared"] = [(one.temperature - middle) ** 2 for one in group]
+    if not np.isfinite(temperature).all():
+        columns |= _warm_up(group)
     load = np.concatenate([one.load for one in group])
     if len(group) >= ENOUGH and np.isfinite(load).all() and load.std() > 0.02 * load.mean():
         columns["load"] = [(one.load - load.mean()) / load.mean() for one in group]
@@ -77,6 +82,17 @@ def _conditions(group: Sequence[History]) -> tuple[tuple[str, ...], list[Array]]
         for k, one in enumerate(group)
     ]
     return tuple(columns), designs
+
+
+def _warm_up(group: Sequence[History]) -> dict[str, list[Array]]:
+    """The columns (N,) of the warmth by each time constant, or by the longest alone where each arm has its own slopes."""
+    kept = range(len(TIME_CONSTANTS)) if len(group) >= ENOUGH else [len(TIME_CONSTANTS) - 1]
+    every = np.concatenate([one.warmth for one in group])
+    return {
+        f"warm-up in {TIME_CONSTANTS[k] / 60:.0f} min": [one.warmth[:, k] - every[:, k].mean() for one in group]
+        for k in kept
+        if every[:, k].std() > WARMER
+    }
 
 
 def _slopes(group: Sequence[History], designs: list[Array], sizes: list[Array]) -> tuple[list[Array], list[Array]]:

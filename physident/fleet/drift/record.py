@@ -22,6 +22,7 @@ def _alarm(alarm: Alarm) -> dict[str, Any]:
     return {
         "arm": alarm.arm,
         "day": str(alarm.day),
+        "clearest": str(alarm.clearest),
         "since": str(alarm.since),
         "cause": alarm.words,
         "effect": alarm.effect,

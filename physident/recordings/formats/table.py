@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.errors import InputError
-from physident.large_arrays import numbered
+from physident.large_arrays import blocks, empty, numbered
 from physident.recordings.channels import BadRow
 
-MAX_CELLS = 100_000_000  # 800 MB of numbers in memory: an hour of a 7-joint arm at 1 kHz with every channel
+MAX_CELLS = (
+    100_000_000  # 800 MB of numbers that are in memory at once: an hour of a 7-joint arm at 1 kHz with every channel
+)
 MOST_CELLS = (
     4_000_000_000  # 32 GB of numbers in a file, for formats that are read in pieces: four days of a 6-joint arm
 )
@@ -50,5 +52,10 @@ def table_of_arrays(arrays: Mapping[str, NDArray[Any]], others: tuple[str, ...] 
     names: list[str] = []
     for name, array in arrays.items():
         names += [name] if array.ndim == 1 else [f"{name}_{k}" for k in range(1, array.shape[1] + 1)]
-    values = np.column_stack([np.asarray(array, dtype=float) for array in arrays.values()])
+    columns = [array.reshape(len(array), -1) for array in arrays.values()]
+    values, start = empty((len(columns[0]), len(names))), 0
+    for array in columns:
+        for rows in blocks(len(array)):
+            values[rows, start : start + array.shape[1]] = array[rows]
+        start += array.shape[1]
     return Table(values, numbered(len(values)), (*names, *others))
