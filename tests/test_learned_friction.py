@@ -53,7 +53,7 @@ def test_it_turns_over_its_own_speed(ur5: pid.Robot, runs: list[pid.Recording]) 
 
 def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
     curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3))
-    effects = [*pid.Model.nominal(ur5).effects, curve]
+    effects = (*pid.Model.nominal(ur5).effects, curve)
     count = sum(len(e.columns(ur5)) for e in effects)
     model = pid.Model(ur5, effects, np.random.default_rng(0).standard_normal(count))
     pid.export_python(model, tmp_path / "arm.py")

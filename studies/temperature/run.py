@@ -71,7 +71,7 @@ def read(path: Path) -> list[Rows]:
         q, current, model, sensor, warm = (
             data[f"{name}{j}"].to_numpy() for name in ("Position", "TorqueCur", "Torque", "TorqueSm", "Temp")
         )
-        taps = firwin(2 * round(1.5 * RATE / CUTOFF) // 2 + 1, 4 * CUTOFF, fs=RATE)
+        taps = np.asarray(firwin(2 * round(1.5 * RATE / CUTOFF) // 2 + 1, 4 * CUTOFF, fs=RATE), dtype=np.float64)
         smooth = np.convolve(np.pad(q, len(taps) // 2, mode="edge"), taps, mode="valid")
         v, a = np.gradient(smooth, 1 / RATE), np.gradient(np.gradient(smooth, 1 / RATE), 1 / RATE)
         torque = sensor if sensor.std() > 0 else model
@@ -84,7 +84,7 @@ def read(path: Path) -> list[Rows]:
 
 def low_passed(columns: Array) -> Array:
     """Every twentieth row of columns (N, k) after the filter, whole windows only."""
-    taps = firwin(round(RATE / CUTOFF) + 1, CUTOFF, fs=RATE)
+    taps = np.asarray(firwin(round(RATE / CUTOFF) + 1, CUTOFF, fs=RATE), dtype=np.float64)
     return np.column_stack([np.convolve(column, taps, mode="valid") for column in columns.T])[::STEP]
 
 
@@ -137,7 +137,8 @@ def middle_of(runs: list[Rows]) -> float:
 
 def solved(columns: list[Array], runs: list[Rows]) -> Array:
     """Least squares of some recordings together."""
-    return np.linalg.lstsq(np.concatenate(columns), np.concatenate([one.current for one in runs]), rcond=None)[0]
+    found = np.linalg.lstsq(np.concatenate(columns), np.concatenate([one.current for one in runs]), rcond=None)[0]
+    return np.asarray(found, dtype=np.float64)
 
 
 def designed(run: Rows, middle: float, slope: float) -> Array:
@@ -155,7 +156,7 @@ def friction_of_each(runs: list[Rows]) -> tuple[Array, Array]:
     A, y = np.concatenate(columns), np.concatenate([run.current for run in runs])
     ends = np.cumsum([0, *(len(run.current) for run in runs)])
     parts = [part for k in range(len(runs)) for part in np.array_split(np.arange(ends[k], ends[k + 1]), BLOCKS)]
-    value = np.linalg.lstsq(A, y, rcond=None)[0]
+    value = np.asarray(np.linalg.lstsq(A, y, rcond=None)[0], dtype=np.float64)
     each = [np.linalg.lstsq(np.delete(A, part, axis=0), np.delete(y, part), rcond=None)[0] - value for part in parts]
     error = np.sqrt((len(parts) - 1) / len(parts) * np.square(each).sum(axis=0))
     half = t_quantile(BLOCKS) * error  # a recording's friction is known from its own blocks

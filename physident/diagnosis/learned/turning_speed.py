@@ -14,9 +14,7 @@ from physident.effects.learned.curves import LearnedPositionFriction
 from physident.estimation.dry_friction.transition_width import TOLD_APART
 
 SLOWEST = 0.003  # of the fastest speed of the joint: slower is dry
-STEPS = (
-    9  # of widths from there to the fastest speed: each twice the one before, which changes a sign by a quarter at most
-)
+STEPS = 9  # of widths from there to the fastest speed: each is twice the one before
 
 
 def with_own_width(hypothesis: Hypothesis, candidate: Candidate, curve: LearnedCurve) -> LearnedCurve:
@@ -25,9 +23,8 @@ def with_own_width(hypothesis: Hypothesis, candidate: Candidate, curve: LearnedC
         return curve
     joint = candidate.joints[0] - 1
     fastest = max(float(np.abs(one.v[:, joint]).max()) for one in hypothesis.problem.signals)
-    evaluator = GainEvaluator(
-        hypothesis, hypothesis.with_effect(candidate, curve).fit.weights
-    )  # by what is left beside it
+    beside = hypothesis.with_effect(candidate, curve).fit.weights  # what the place leaves open is no noise
+    evaluator = GainEvaluator(hypothesis, beside)
     (option,) = candidate.options
     as_it_is = evaluator.gain(hypothesis.data.columns(option.columns))
     tried = [replace(curve, smoothing=(float(width),)) for width in np.geomspace(SLOWEST, 1.0, STEPS) * fastest]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,6 +41,9 @@ class Columns:
 
     def __len__(self) -> int:
         return len(self.joints)
+
+    def __iter__(self) -> Iterator[Array]:
+        return (self[joint] for joint in range(len(self)))
 
     def __getitem__(self, joint: int) -> Array:
         places, values = self.joints[joint]
