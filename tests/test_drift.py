@@ -268,8 +268,8 @@ def test_later_recordings_are_not_looked_at(tmp_path: Path) -> None:
 
 def test_the_cause_is_that_of_the_clearest_recordings(tmp_path: Path) -> None:
     """A parameter that jumps for one recording, and months later another one that stays changed."""
-    changes, temperature = drawn(14, 6, 40)
-    changes["coulomb_friction_2"][4, 12] += 9 * STD
+    changes, temperature = drawn(14, 20, 40)
+    changes["coulomb_friction_2"][4, 12] += 12 * STD
     changes["viscous_friction_1"][4, 30:] += 9 * STD
     (alarm,) = find_drift(fleet(tmp_path, changes, temperature)).alarms
     assert alarm.day == START + timedelta(days=120)

@@ -94,7 +94,8 @@ def table(results: dict[str, Any]) -> str:
 def _rows(offset: int, r: dict[str, Any]) -> list[str]:
     rows = [
         f"seeds {offset:+d}"
-        + (", looked at while the method was built" if offset == SEEN else ", not looked at before"),
+        + ", "
+        + r.get("method", "looked at while the method was built" if offset == SEEN else "not looked at before"),
         f"{'arm':<8}{'what degrades':<46}{'a tenth on':<12}{'named on':<12}{'days':>5}  {'cause named'}",
     ]
     rows += [

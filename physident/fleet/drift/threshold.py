@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -54,15 +53,14 @@ def shifts(z: Array, mean_error: Array) -> Array:
 
 
 def chance_of(every: Sequence[Explained]) -> Chance:
-    """The chance that the histories of a fleet have in common; signs, and medians over the arms, which a few arms that change do not
-    move."""
+    """The chance that the histories of a fleet have in common; medians and signs, which a few arms that change do not move.
+
+    The tails are those of all arms and parameters together: arms and parameters that scatter more than others are part of them.
+    """
     same = [np.sign(z[1:] * z[:-1]) for one in every if len(z := (one.rest - np.median(one.rest)) / one.size) > 1]
     memory = float(np.sin(np.pi / 2 * np.mean(np.concatenate(same))))
-    arms: dict[str, list[Array]] = defaultdict(list)
-    for one in every:
-        arms[one.history.arm].append(np.abs(one.rest / one.size))
-    ends, middles = (np.median([np.quantile(np.concatenate(z), q) for z in arms.values()]) for q in (0.95, 0.5))
-    tail = float(ends / max(float(middles), 1e-12))
+    z = np.abs(np.concatenate([one.rest / one.size for one in every]))
+    tail = float(np.quantile(z, 0.95) / max(float(np.median(z)), 1e-12))
     return Chance(round(float(np.clip(memory, 0.0, MOST_MEMORY)), 2), min(FREEDOMS, key=lambda f: abs(_tail(f) - tail)))
 
 
