@@ -13,7 +13,7 @@ from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects, effect_from_dict, make_effects
 from physident.effects.effect import AddedInertia, Column, Effect
 from physident.errors import InputError
-from physident.large_arrays import BLOCK, empty
+from physident.large_arrays import BLOCK, empty, release
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -115,6 +115,7 @@ class Model:
         for samples in signals.blocks():
             part = self._referred(signals.part(samples))
             load[samples], motor[samples] = part.from_model("load"), part.from_model("motor")
+            release()
         return replace(signals, links=self.added_inertia().links, load=load, motor=motor)
 
     def _referred(self, signals: Signals) -> Signals:
