@@ -76,7 +76,7 @@ def read(path: Path) -> list[Rows]:
         v, a = np.gradient(smooth, 1 / RATE), np.gradient(np.gradient(smooth, 1 / RATE), 1 / RATE)
         torque = sensor if sensor.std() > 0 else model
         columns = np.column_stack([np.ones_like(v), torque, a, np.tanh(v / TURN), v, current, 1.0 * (np.abs(v) > MOVING)])
-        rows = low_passed(columns)
+        rows = low_passed(np.asarray(columns, dtype=np.float64))
         rows = rows[rows[:, -1] > 0.9]
         found.append(Rows(rows[:, 5], rows[:, :5], float(warm.mean()), bool(sensor.std() > 0)))
     return found
