@@ -75,7 +75,9 @@ def read(path: Path) -> list[Rows]:
         smooth = np.convolve(np.pad(q, len(taps) // 2, mode="edge"), taps, mode="valid")
         v, a = np.gradient(smooth, 1 / RATE), np.gradient(np.gradient(smooth, 1 / RATE), 1 / RATE)
         torque = sensor if sensor.std() > 0 else model
-        columns = np.column_stack([np.ones_like(v), torque, a, np.tanh(v / TURN), v, current, 1.0 * (np.abs(v) > MOVING)])
+        columns = np.column_stack(
+            [np.ones_like(v), torque, a, np.tanh(v / TURN), v, current, 1.0 * (np.abs(v) > MOVING)]
+        )
         rows = low_passed(np.asarray(columns, dtype=np.float64))
         rows = rows[rows[:, -1] > 0.9]
         found.append(Rows(rows[:, 5], rows[:, :5], float(warm.mean()), bool(sensor.std() > 0)))
