@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.learned.curves import LearnedPositionFriction
+from physident.effects.learned.curves import LearnedPositionFriction, LearnedTemperature
 from physident.identifiability.base_parameters import random_motion
 
 PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
@@ -68,3 +68,23 @@ def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
 def test_an_impossible_speed_is_refused() -> None:
     with pytest.raises(pid.InputError, match="expected positive speeds"):
         LearnedPositionFriction((1,), smoothing=(0.0,))
+
+
+def test_friction_over_temperature_is_learned_where_there_is_one(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
+    """Friction of the second joint falls by half in twelve degrees, not along a line; each recording warms up differently."""
+    warm = []
+    for run, top in zip(runs, (40.0, 35.0, 45.0), strict=True):
+        degrees = 20.0 + (top - 20.0) * (run.time - run.time[0]) / np.ptp(run.time)
+        assert run.dq is not None
+        more = np.zeros_like(run.effort)
+        more[:, 1] = 6.0 * 0.5 ** ((degrees - 20.0) / 12.0) * np.sign(run.dq[:, 1])
+        warm.append(replace(run, effort=run.effort + more, temperature=np.tile(degrees[:, None], (1, run.n))))
+    curve = LearnedTemperature((2,))
+    found = pid.identify(ur5, warm, (*pid.Model.nominal(ur5).effects, curve)).model
+    ((effect, theta),) = [(e, t) for e, t in found.effect_parameters() if isinstance(e, LearnedTemperature)]
+    x, torque, _ = effect.curve(ur5, theta)
+    apart = torque - 6.0 * 0.5 ** ((x - 20.0) / 12.0)
+    assert np.abs(apart - apart.mean()).max() < 0.15 * 6.0
+    signals = [pid.prepare(one, pid.Filter()) for one in (*warm, runs[0])]
+    assert LearnedTemperature.is_shown(signals[:3], 1)
+    assert not LearnedTemperature.is_shown(signals, 1)  # the last one has no temperature

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, without
 from physident.diagnosis.result.findings import Finding, Grade
-from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
 
@@ -98,12 +98,7 @@ def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, fl
     """Mean square [(N m|N)^2] that is left without and with a contact in its intervals: it lasts a moment, and what the joints
     leave at all other times says nothing about it. Forces fitted to a few samples are counted by the samples that are left."""
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
-    rows = np.zeros(len(problem.regressor.time), dtype=bool)
-    for index, signals in enumerate(problem.signals):
-        if signals.recording == finding.recording:
-            time = problem.regressor.time - signals.origin
-            own = problem.regressor.recording == index
-            rows |= own & np.any([(time >= start) & (time < end) for start, end in finding.intervals], axis=0)
+    rows = rows_during(problem, finding.recording, finding.intervals)
     counted = problem.regressor.counted[rows]
     total = max(float((counted / sigma**2).sum()), 1e-300)
     left = (without(hypothesis, [finding]), hypothesis)

@@ -189,9 +189,18 @@ def _without_contacts(problem: DiagnosisProblem, contacts: Sequence[Contact]) ->
     """The folds without the rows of contacts, whose force no other fold can predict."""
     fold, margin = problem.fold.copy(), 1 / problem.filter.cutoff
     for contact in contacts:
-        for index, signals in enumerate(problem.signals):
-            rows = (problem.regressor.recording == index) & (signals.recording == contact.recording)
-            time = problem.regressor.time - signals.origin
-            for start, end in contact.intervals:
-                fold[rows & (time >= start - margin) & (time <= end + margin)] = OUTSIDE
+        fold[rows_during(problem, contact.recording, contact.intervals, margin)] = OUTSIDE
     return fold
+
+
+def rows_during(
+    problem: DiagnosisProblem, recording: str, intervals: Sequence[tuple[float, float]], margin: float = 0.0
+) -> NDArray[np.bool_]:
+    """Which rows (M,) lie in some intervals [s] of a recording, given by its hash, or within a ``margin`` [s] of them."""
+    rows = np.zeros(len(problem.regressor.time), dtype=bool)
+    for index, signals in enumerate(problem.signals):
+        if signals.recording == recording:
+            time = problem.regressor.time - signals.origin
+            inside = [(time >= start - margin) & (time <= end + margin) for start, end in intervals]
+            rows |= (problem.regressor.recording == index) & np.any(inside, axis=0)
+    return rows
