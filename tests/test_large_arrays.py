@@ -51,10 +51,10 @@ def test_what_is_of_the_whole_motion_does_not_depend_on_blocks(monkeypatch: pyte
     q = walk(1)
     v = np.gradient(q)
     torque = np.random.default_rng(2).normal(size=(3000, 2))
-    whole = _liveliest(q, 600), encoder_step(q), find_rests(q, v, 1e-4), white_noise(torque)
+    whole = _liveliest(q, 600), encoder_step(q), find_rests(q, v, 1e-4, 1e-2), white_noise(torque)
     assert len(whole[2].start) > 5
     monkeypatch.setattr(large_arrays, "BLOCK", block)
-    rests = find_rests(q, v, 1e-4)
+    rests = find_rests(q, v, 1e-4, 1e-2)
     assert _liveliest(q, 600) == whole[0]
     assert encoder_step(q) == whole[1]
     for name in ("start", "stop", "before", "after"):

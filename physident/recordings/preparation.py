@@ -75,11 +75,14 @@ def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, f
         release()
 
     each(smooth, pieces_of(len(clock)), shared=is_shared(q))
-    fewest = fewest_samples(rate, filter.cutoff)
+    fewest, stds = fewest_samples(rate, filter.cutoff), [velocity_std(rate, one) for one in noise]
     return Signals(
         clock, q, v, a, torque, temperature, rate=rate, cutoff=filter.cutoff,
-        velocity_std=np.array([velocity_std(rate, one) for one in noise]),
-        rests=tuple(find_rests(q[:, j], v[:, j], one.position_range, fewest) for j, one in enumerate(noise)),
+        velocity_std=np.array(stds),
+        rests=tuple(
+            find_rests(q[:, j], v[:, j], one.position_range, std, fewest)
+            for j, (one, std) in enumerate(zip(noise, stds, strict=True))
+        ),
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from physident.large_arrays import blocks
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 FEWEST = 3  # samples of a rest: two equal positions are a slow crossing as well
+CERTAIN = 3.0  # standard deviations: a velocity beyond them shows motion
 SHORTEST = 1 / 8  # of the period of a filter's cutoff: rows show no shorter rest
 
 
@@ -70,21 +71,31 @@ class Rests:
         )
 
 
-def find_rests(q: Array, v: Array, position_range: float, fewest: int = FEWEST) -> Rests:
-    """The longest stretches in which positions (N,) [rad|m] of one joint stay within a range over any ``fewest`` samples.
+def find_rests(q: Array, v: Array, position_range: float, velocity_std: float, fewest: int = FEWEST) -> Rests:
+    """The longest stretches in which positions (N,) [rad|m] of one joint stay within a range over any ``fewest`` samples, from
+    the first velocity that shows no motion to the last.
 
-    ``position_range`` [rad|m] is that of the errors of positions; ``v`` (N,) are velocities [rad/s|m/s]. The number of samples
-    is odd: over fewer, a joint that creeps towards its reversal leaves no step of its encoder either.
+    ``position_range`` [rad|m] is that of the errors of positions; ``velocity_std`` [rad/s|m/s] that of the errors of the
+    velocities ``v`` (N,). The number of samples is odd. A joint that creeps towards its reversal leaves no step of its encoder
+    in a few milliseconds either, but it moves; at rest a velocity may be beyond its errors now and then.
     """
     half = fewest // 2
     found = [_still(q, rows, position_range, half) for rows in blocks(len(q))]
     first, last = np.concatenate([one[0] for one in found]), np.concatenate([one[1] for one in found])
     apart = first[1:] - last[:-1] > 1  # a rest goes on across the seam of two blocks
     first, last = first[np.r_[True, apart]] if len(first) else first, last[np.r_[apart, True]] if len(last) else last
-    start, stop = first - half, last + half + 1
+    start, stop = _without_creep(first - half, last + half + 1, v, CERTAIN * velocity_std)
     before = np.where(start > 0, v[np.maximum(start - 1, 0)], np.nan)
     after = np.where(stop < len(q), v[np.minimum(stop, len(q) - 1)], np.nan)
     return Rests(start=start, stop=stop, before=before, after=after)
+
+
+def _without_creep(start: Index, stop: Index, v: Array, slow: float) -> tuple[Index, Index]:
+    """The stretches from their first to their last sample that is not faster than ``slow``, those without any left out."""
+    still = np.flatnonzero(np.abs(v) <= slow)
+    first, last = np.searchsorted(still, start), np.searchsorted(still, stop) - 1
+    some = last >= first
+    return still[first[some]], still[last[some]] + 1
 
 
 def _still(q: Array, rows: slice, position_range: float, half: int) -> tuple[Index, Index]:
