@@ -65,10 +65,12 @@ def test_as_good_is_what_the_scatter_over_blocks_cannot_tell(
     blocks = np.random.default_rng(0).normal(size=(50, 6))
     error = np.sqrt(50) * blocks.sum(axis=1).std(ddof=1)
     one, other = candidate(rubbing, "viscous_friction"), candidate(rubbing, "coulomb_friction")
-    for excess, expected in ((1.0, True), (2.5, False)):
+    cost, weights = np.zeros((50, 6)), rubbing.fit.weights
+    for excess, contradicted, expected in ((1.0, 0.0, True), (2.5, 0.0, False), (1.0, 1.5, False)):
         loss = blocks + (excess * error - blocks.sum()) / blocks.size
         monkeypatch.setattr(acceptance, "left_out_costs", lambda *_, loss=loss: loss)
-        assert acceptance.is_as_good(rubbing, other, np.zeros((50, 6)), rubbing.fit.weights) is expected, (one, excess)
+        monkeypatch.setattr(acceptance, "contradicted", lambda *_, more=contradicted * error: more)
+        assert acceptance.is_as_good(rubbing, other, cost, weights, 0.0) is expected, (one, excess)
 
 
 def test_of_two_effects_at_work_neither_replaces_the_other(rubbing: Hypothesis) -> None:

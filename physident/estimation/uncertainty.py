@@ -19,7 +19,7 @@ from physident.dynamics.regressor import Regressor
 from physident.errors import warn
 from physident.estimation.weighting import base_rows
 from physident.identifiability.base_parameters import BaseParameters
-from physident.large_arrays import blocks
+from physident.large_arrays import BLOCK, blocks, release
 
 Array = NDArray[np.float64]
 BLOCK_PERIODS = 10  # a block lasts this many correlation times, where the data are long enough
@@ -85,7 +85,7 @@ def jackknife(
     values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # root root^T is the inverse information
-    deviations, pushes = [], []
+    deviations, pushes, since_release = [], [], 0
     for block in _rows_of_blocks(regressor, correlation):
         A = base_rows(regressor, base, block)
         rows = curved(block, A).reshape(-1, base.r)
@@ -94,6 +94,10 @@ def jackknife(
         share, directions = np.linalg.eigh(np.eye(Z.shape[1]) - Z.T @ Z)
         deviations.append(root @ ((directions / np.maximum(share, LEVERAGE_FLOOR)) @ (directions.T @ (score @ root))))
         pushes.append(score + rows.T @ (rows @ deviations[-1]))
+        since_release += len(block)
+        if since_release > BLOCK:
+            release()
+            since_release = 0
     return Jackknife(np.array(deviations), np.array(pushes))
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from physident.errors import InputError
-from physident.large_arrays import extent
+from physident.large_arrays import blocks, extent
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
 
 MIN_TRAVEL = 0.05  # rad or m: over a smaller range, a coarsely quantised torque may be constant
 MAX_RATIO = 10.0  # to the robot's effort limit: real torques are below one, a wrong unit prefix gives a thousand
-SHOWN = 1_000_000  # rows at least that a percentile is of
+SHOWN = 1_000_000  # rows at most that a percentile is of
 PERCENTILE = 99.0  # of the torque, so that single spikes do not count
 
 
@@ -49,7 +49,9 @@ def refuse_constant(recording: Recording) -> None:
 
 
 def _refuse_other_unit(recording: Recording, robot: Robot) -> None:
-    some = recording.torque[:: max(1, len(recording.time) // SHOWN)]
+    every = -(-len(recording.time) // SHOWN)
+    torque = recording.torque
+    some = np.concatenate([torque[rows][::every] for rows in blocks(len(torque))])
     high = np.percentile(np.abs(some), PERCENTILE, axis=0)
     ratio = high / robot.torque_limit  # zero where the robot states no limit
     j = int(np.argmax(ratio))

@@ -92,10 +92,15 @@ def find_rests(q: Array, v: Array, position_range: float, velocity_std: float, f
 
 def _without_creep(start: Index, stop: Index, v: Array, slow: float) -> tuple[Index, Index]:
     """The stretches from their first to their last sample that is not faster than ``slow``, those without any left out."""
-    still = np.flatnonzero(np.abs(v) <= slow)
-    first, last = np.searchsorted(still, start), np.searchsorted(still, stop) - 1
-    some = last >= first
-    return still[first[some]], still[last[some]] + 1
+    first, last = np.full(len(start), -1), np.full(len(start), -1)
+    for rows in blocks(len(v)):
+        still = rows.start + np.flatnonzero(np.abs(v[rows]) <= slow)
+        here = np.arange(np.searchsorted(stop, rows.start, side="right"), np.searchsorted(start, rows.stop))
+        a, b = np.searchsorted(still, start[here]), np.searchsorted(still, stop[here]) - 1
+        here, a, b = here[b >= a], a[b >= a], b[b >= a]
+        first[here] = np.where(first[here] < 0, still[a], first[here])
+        last[here] = still[b]
+    return first[first >= 0], last[first >= 0] + 1
 
 
 def _still(q: Array, rows: slice, position_range: float, half: int) -> tuple[Index, Index]:

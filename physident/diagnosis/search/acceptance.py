@@ -16,7 +16,7 @@ from physident.diagnosis.search.physical_signs import physical_contradiction
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
-from physident.diagnosis.statistics.left_out_gains import evidence_of, left_out_gains
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.classification import Family
 
@@ -63,7 +63,7 @@ def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
     """The candidate with the fewest parameters among those whose gain does not differ significantly from the best one's."""
     hypothesis = scores.hypothesis
     candidates = hypothesis.data.candidates
-    best, weights, top_cost = top, None, np.zeros(0)
+    best, weights, top_cost, chi_squared = top, None, np.zeros(0), 0.0
     for index in others:
         other = candidates[index]
         if other.size >= candidates[best].size or other.placebo:
@@ -71,7 +71,8 @@ def _smallest(scores: CandidateScores, top: int, others: Sequence[int]) -> int:
         if weights is None:
             weights = hypothesis.with_effect(candidates[top], refine_shape(hypothesis, candidates[top])).fit.weights
             top_cost = left_out_costs(hypothesis, candidates[top], weights)
-        if not is_as_good(hypothesis, other, top_cost, weights) or not is_useful(hypothesis, other):
+            chi_squared = contradicted(hypothesis, candidates[top])
+        if not is_as_good(hypothesis, other, top_cost, weights, chi_squared) or not is_useful(hypothesis, other):
             continue
         if contradiction(hypothesis, other) is None and makes_redundant(
             hypothesis, other, candidates[top], scores.threshold
@@ -143,21 +144,34 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
     if candidate is None:
         return weights**2 * hypothesis.left_out_squares
     if candidate.key not in hypothesis.left_out:
-        options = [option.columns for option in candidate.options]
-        priors = [option.prior for option in candidate.options]
-        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.squares_of_blocks(options, priors)
+        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.squares_of_blocks(*_options(candidate))
     return weights**2 * hypothesis.left_out[candidate.key]
 
 
-def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array) -> bool:
-    """Whether the loss against the left-out ``cost`` (G, n) of another candidate lies within its scatter over blocks."""
+def contradicted(hypothesis: Hypothesis, candidate: Candidate | None) -> float:
+    """By how much the model contradicts what earlier rows said of it, chi squared, with a candidate or without any."""
+    if not hypothesis.baseline.prior.any():
+        return 0.0
+    return hypothesis.left_out_fits.contradicted(*_options(candidate))
+
+
+def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[float]]:
+    """The columns of each option of a candidate, and the prior precision of its values."""
+    options = candidate.options if candidate else ()
+    return [option.columns for option in options], [option.prior for option in options]
+
+
+def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array, chi_squared: float) -> bool:
+    """Whether the loss against another candidate, which has a left-out ``cost`` (G, n) and contradicts earlier rows by
+    ``chi_squared``, lies within its scatter over blocks."""
     loss = (left_out_costs(hypothesis, other, weights) - cost).sum(axis=1)
-    return bool(loss.sum() < RIVAL_STANDARD_ERRORS * standard_error(loss))
+    more = contradicted(hypothesis, other) - chi_squared
+    return bool(loss.sum() + more < RIVAL_STANDARD_ERRORS * standard_error(loss))
 
 
 def makes_redundant(hypothesis: Hypothesis, other: Candidate, first: Candidate, threshold: float) -> bool:
     """Whether beside ``other`` the ``first`` candidate has nothing left to add; else both act, or the first is better."""
     beside = hypothesis.with_effect(other, refine_shape(hypothesis, other))
-    before, after = left_out_costs(beside, None).sum(axis=0), left_out_costs(beside, first).sum(axis=0)
-    independent = beside.data.regressor.counted[beside.in_folds].sum(axis=0) / beside.fit.memory
-    return float(evidence_of(before[:, None], (before - after)[:, None], independent)[0]) < threshold
+    data = replace(beside.data, candidates=(first,))
+    gains = left_out_gains(data, beside.baseline, beside.fit, products=beside.products)
+    return float(gains.evidence[0, 0]) < threshold

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.search.acceptance import is_admissible, is_as_good, left_out_costs
+from physident.diagnosis.search.acceptance import contradicted, is_admissible, is_as_good, left_out_costs
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
@@ -102,8 +102,8 @@ class _Length:
         return fit_chosen(self.stored, self.products, chosen, self.whole)
 
     def left(self, fit: ProductFit) -> float:
-        """Twice the negative log likelihood of what a fit leaves."""
-        return float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
+        """Twice the negative log likelihood of what a fit leaves, and of what earlier rows said of the model."""
+        return float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma))) + fit.contradicted
 
     def losses(self, chosen: Sequence[Chosen], fit: ProductFit) -> dict[Key, float]:
         """What would be lost without each of some effects while all else is refitted, to second order."""
@@ -132,7 +132,7 @@ def _length(hypothesis: Hypothesis, present: Sequence[AcceptedEffect]) -> _Lengt
 
 def _is_as_good(before: Hypothesis, beside: Hypothesis, candidate: Candidate) -> bool:
     """Whether left-out rows do not object to one candidate in the place of one effect of more numbers."""
-    return is_as_good(beside, candidate, left_out_costs(before, None), before.fit.weights)
+    return is_as_good(beside, candidate, left_out_costs(before, None), before.fit.weights, contradicted(before, None))
 
 
 def _shortest(length: _Length, new: Chosen, movable: Collection[Key]) -> tuple[float, set[Key]]:

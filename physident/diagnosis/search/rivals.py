@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.search.acceptance import (
     MAX_COMPARED,
+    contradicted,
     contradiction,
     is_as_good,
     left_out_costs,
@@ -50,12 +51,13 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence
     candidates, weights = rest.data.candidates, hypothesis.fit.weights
     accepted_candidate = next(c for c in candidates if c.key == accepted.candidate.key)
     rivals, cost = [], left_out_costs(rest, accepted_candidate, weights)
+    chi_squared = contradicted(rest, accepted_candidate)
     for index in np.argsort(-gains)[: MAX_COMPARED + 1]:
         other = candidates[int(index)]
         # a rival must itself be evidence, and its place must be free of the effect it would replace
         if other is accepted_candidate or other.placebo or gains[index] < last.threshold:
             continue
-        if not is_as_good(rest, other, cost, weights):
+        if not is_as_good(rest, other, cost, weights, chi_squared):
             continue
         if other.size > accepted_candidate.size and _contains(rest, other, accepted):
             continue

@@ -68,7 +68,7 @@ class _Half:
             else sum(len(one.columns) for one in chosen)
         )
         left = float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
-        return left + _chance(fit, numbers) + len(chosen) * self.threshold
+        return left + fit.contradicted + _chance(fit, numbers) + len(chosen) * self.threshold
 
     def with_more(self, start: Sequence[Chosen]) -> list[Chosen]:
         """The effects of a start and what a forward search adds to them."""
@@ -109,9 +109,11 @@ def _next(
 
 
 def _evidence(before: ProductFit, after: ProductFit, one: Chosen) -> float:
-    """The evidence for an effect, as on rows that were left out: twice its columns less, more where little is left to decide."""
+    """The evidence for an effect, as on rows that were left out: twice its columns less, more where little is left to decide. What
+    earlier rows said of the model counts as in the search on all units."""
     worth = before.products.worth
-    return float(np.sum(worth * 2 * np.log(before.fit.sigma / after.fit.sigma))) - _chance(after, _numbers(after, one))
+    seen = float(np.sum(worth * 2 * np.log(before.fit.sigma / after.fit.sigma)))
+    return seen + before.contradicted - after.contradicted - _chance(after, _numbers(after, one))
 
 
 def _held(chosen: Sequence[Chosen]) -> bool:

@@ -61,14 +61,7 @@ class LeftOutFits:
         Each option is some of the data's columns; the best has the largest gain outside the fold. ``prior`` is the prior precision of each
         option's values. One option may also be given as an effect's columns, with the prior of each.
         """
-        own = self.products.own
-        if isinstance(options, Columns):
-            taken = self._best(*self._of_effect(options), np.asarray(prior, dtype=float)[None])
-        elif len(options):
-            at = np.array(options, dtype=np.intp)
-            taken = self._best(*self._of_data(at), np.asarray(prior, dtype=float)[:, None] * np.ones(at.shape))
-        else:
-            taken = [None] * len(self.x)
+        own, taken = self.products.own, self._taken(options, prior)
         result = np.zeros((len(own.blocks), self.products.n))
         for f, x, one in zip(own.inside, self.x, taken, strict=True):
             mine = np.flatnonzero(own.fold_of_unit[own.blocks] == own.labels[f])
@@ -91,6 +84,26 @@ class LeftOutFits:
                     result[mine, j] -= 2 * np.einsum("r,urk,k->u", c, product[units], theta, optimize=True)
                     result[mine, j] += (inner[j][units][:, here[:, None], here] @ theta) @ theta
         return np.maximum(result, 0.0)
+
+    def contradicted(
+        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[float] | Array = ()
+    ) -> float:
+        """By how much the baseline contradicts its prior beside the best option: chi squared, the mean of the fits outside each fold."""
+        moved = [
+            x if one is None else x - one.moved for x, one in zip(self.x, self._taken(options, prior), strict=True)
+        ]
+        return float(np.mean([self.baseline.prior @ x**2 for x in moved]))
+
+    def _taken(
+        self, options: Sequence[tuple[int, ...]] | Columns, prior: Sequence[float] | Array
+    ) -> Sequence[_Taken | None]:
+        """The best option outside each fold."""
+        if isinstance(options, Columns):
+            return self._best(*self._of_effect(options), np.asarray(prior, dtype=float)[None])
+        if not len(options):
+            return [None] * len(self.x)
+        at = np.array(options, dtype=np.intp)
+        return self._best(*self._of_data(at), np.asarray(prior, dtype=float)[:, None] * np.ones(at.shape))
 
     def _best(self, CC: Array, BC: Array, Cy: Array, prior: Array) -> list[_Taken | None]:
         """For each fold the option of the largest gain outside it, None where nothing gains, from products (f, O, k, k), (f, R, O, k) and

@@ -31,7 +31,8 @@ class Chosen:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProductFit:
-    """The columns ``active`` that are fitted to the ``response`` over some rows, with their ``prior`` precision.
+    """The columns ``active``, the first ``baseline`` of which are the model's, that are fitted to the ``response`` over some rows,
+    with their ``prior`` precision.
 
     ``memory`` (n,) says how many correlated rows are worth one, ``rows`` (n,) how many there are, ``start`` (n,) [N m|N]
     where the noise is looked for first.
@@ -39,6 +40,7 @@ class ProductFit:
 
     products: Products
     active: Columns
+    baseline: int
     prior: Array
     response: int
     memory: Array
@@ -67,6 +69,11 @@ class ProductFit:
             sigma = np.minimum(after, sigma)
         return Fit(x=x, sigma=after, weights=weights, memory=self.memory, decided=decided, normal=normal, rows=0)
 
+    @property
+    def contradicted(self) -> float:
+        """By how much the model's parameters contradict what earlier rows said of them: chi squared."""
+        return float(self.prior[: self.baseline] @ self.fit.x[: self.baseline] ** 2)
+
     @cached_property
     def numbers(self) -> Array:
         """How many numbers each active column (k,) chooses: one, or less where a prior holds it."""
@@ -87,6 +94,7 @@ def fit_chosen(
     return ProductFit(
         products=products,
         active=active,
+        baseline=stored.baseline,
         prior=np.concatenate([whole.problem.freedom.prior, *extra]),
         response=stored.response,
         memory=whole.fit.memory,

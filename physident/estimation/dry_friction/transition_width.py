@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.dynamics.regressor import Regressor, build_regressor
+from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.row_weights import row_weights
@@ -46,7 +46,7 @@ def with_transitions(
     found = list(effects)
     for place in places:
         effect = effects[place]
-        tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter) for width in WIDTHS]
+        tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter).joints for width in WIDTHS]
         independent = find_base_parameters(robot, effects).independent
         widths = [
             _best_width(regressor, tried, weights, j, k, independent, filter.cutoff)
@@ -72,7 +72,7 @@ def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Fil
 
 def _best_width(
     regressor: Regressor,
-    tried: list[Regressor],
+    tried: list[tuple[JointRows, ...]],
     weights: Array,
     j: int,
     k: int,
@@ -82,7 +82,7 @@ def _best_width(
     """The smallest width [rad/s|m/s] that the rows of joint j (index) do not tell from the one with which they leave least;
     ``k`` is its column in the tried ones."""
     rows, w = regressor.joints[j], weights[:, j, None]
-    signs = [one.joints[j].plain[:, list(one.joints[j].columns).index(k)] for one in tried]
+    signs = [one[j].plain[:, list(one[j].columns).index(k)] for one in tried]
     own = f"coulomb_friction_{j + 1}"
     others = [i for i, c in enumerate(rows.columns) if c in independent and regressor.columns[c].name != own]
     stacked = (
