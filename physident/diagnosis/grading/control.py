@@ -8,13 +8,14 @@ the effects' sizes may differ in the new recordings.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.grading.scatter import ALIKE, Scatter, block_variances, scatter_between
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
@@ -25,7 +26,6 @@ from physident.errors import PhysidentError
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
-from physident.estimation.uncertainty import block_labels, correlation_rows
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.load import load_recording
@@ -33,9 +33,8 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-BLOCK = 4.0  # times the memory of what rows add to a difference: blocks are then nearly independent
-FEWEST = 8  # blocks, below which their scatter says little
-CERTAIN = 0.01  # how often one of the effects that did not change is taken for a change
+CERTAIN = 0.01  # how often noise makes a change of one of the effects that did not change
+UNUSUAL = 0.05  # how often healthy recordings differ so: of two or three, 0.01 would ask for ten standard deviations
 
 
 def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
@@ -70,18 +69,21 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
     have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
-    certain each must be (Bonferroni).
+    certain each must be (Bonferroni). A difference must also be larger than those between the control's own recordings.
     """
     joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
     left = list(range(len(tested)))
     while left:
-        chance = dict(zip(left, joint.chances(left), strict=True))
-        doubtful = [k for k in left if chance[k] >= CERTAIN / len(left)]
+        doubt = {
+            k: max(noise * len(left) / CERTAIN, usual / UNUSUAL)
+            for k, (noise, usual) in zip(left, joint.chances(left), strict=True)
+        }
+        doubtful = [k for k in left if doubt[k] >= 1]
         if not doubtful:
             break
-        left.remove(max(doubtful, key=lambda k: (k in new, chance[k])))
+        left.remove(max(doubtful, key=lambda k: (k in new, doubt[k])))
     return tuple(k in left for k in range(len(tested)))
 
 
@@ -89,13 +91,16 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
 class _JointFit:
     """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise;
     the first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
-    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings with their rows."""
+    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings, in order. In the control's
+    rows the effects have the columns ``before`` (M', k), and their sizes ``scatter`` between its recordings."""
 
     columns: tuple[Array, ...]
     torque: tuple[Array, ...]
     common: int
     segment: NDArray[np.intp]
-    parts: tuple[tuple[Regressor, slice], ...]
+    parts: tuple[Regressor, Regressor]
+    before: tuple[Array, ...]
+    known: dict[int, Scatter] = field(default_factory=dict, init=False)  # what scatter has computed
 
     @cached_property
     def normal(self) -> Array:
@@ -107,38 +112,46 @@ class _JointFit:
         """What the torque is worth to all values."""
         return np.sum([A.T @ y for A, y in zip(self.columns, self.torque, strict=True)], axis=0)
 
-    def chances(self, left: Sequence[int]) -> list[float]:
-        """How often noise alone makes differences as large as those of the effects that are ``left``, all others being alike."""
+    def chances(self, left: Sequence[int]) -> list[tuple[float, float]]:
+        """How often noise alone, and how often a healthy recording, makes differences as large as those of the effects that are
+        ``left``, all others being alike."""
         kept = np.concatenate([np.arange(self.common), self.common + np.asarray(left, dtype=np.intp)])
         inverse = pseudo_inverse(self.normal[np.ix_(kept, kept)])
         x = inverse @ self.slope[kept]
         residual = [y - A[:, kept] @ x for A, y in zip(self.columns, self.torque, strict=True)]
         result = []
-        for at in range(self.common, len(kept)):
+        for at, k in enumerate(left, self.common):
             push = sum(A[:, kept] @ inverse[:, at] * r for A, r in zip(self.columns, residual, strict=True))
-            result.append(self._chance(float(x[at]), np.asarray(push)))
+            chance = [self._chance(float(x[at]), np.asarray(push), one) for one in (ALIKE, self.scatter(k))]
+            result.append((chance[0], chance[1]))
         return result
 
-    def _chance(self, x: float, push: Array) -> float:
-        """How often noise makes a difference as large as ``x``, to which each row adds ``push`` (M,), by Student's test over blocks.
+    def scatter(self, k: int) -> Scatter:
+        """By how much the size of an effect (its place among those tested) differs between a recording before and one after, by
+        what the control's own recordings differ."""
+        control, new = self.parts
+        if k not in self.known:
+            rows = [
+                (A[: len(control.time), : self.common], y[: len(control.time)], c[:, k])
+                for A, y, c in zip(self.columns, self.torque, self.before, strict=True)
+            ]
+            self.known[k] = scatter_between(control, *zip(*rows, strict=True))
+        one = self.known[k]
+        means = sum(1 / len(np.unique(part.recording)) for part in (control, new))
+        return replace(one, variance=one.variance * means)
 
-        Errors of a model last as long as a motion does, and noise as long as the filter: blocks from the latter's length up to an
-        eighth of the rows, or whole segments, are tried, and the least certain answer counts.
-        """
+    def _chance(self, x: float, push: Array, scatter: Scatter) -> float:
+        """How often chance makes a difference as large as ``x``, to which each row adds ``push`` (M,), by Student's test over blocks
+        and recordings: of blocks of every length the least certain answer counts."""
         from scipy.stats import t
 
-        memory = max(float(correlation_rows(rows, push[part, None])[0]) for rows, part in self.parts)
-        length, found, tried = max(1, round(BLOCK * memory)), [], 0
-        while True:
-            labels = block_labels(self.segment, length)
-            blocks = int(labels.max()) + 1
-            # blocks do not cross segments: of many recordings there are never fewer than these
-            if found and (blocks < FEWEST or (blocks == tried and length > len(self.segment))):
-                return max(found)
-            tried = blocks
-            variance = float(np.sum(np.bincount(labels, push) ** 2)) * blocks / max(blocks - 1, 1)
-            found.append(float(2 * t.sf(abs(x) / max(np.sqrt(variance), 1e-300), max(blocks - 1, 1))))
-            length *= 2
+        found = []
+        for variance, blocks in block_variances(push, self.segment, self.parts):
+            both = max(variance + scatter.variance, 1e-300)
+            # degrees of freedom of the sum of two variances (Welch, 1947)
+            parts = variance**2 / max(blocks - 1, 1) + scatter.variance**2 / max(scatter.count - 1, 1)
+            found.append(float(2 * t.sf(abs(x) / np.sqrt(both), both**2 / max(parts, 1e-300))))
+        return max(found)
 
 
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
@@ -146,20 +159,21 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
     common = find_base_parameters(model.robot, model.effects).independent
     free = np.column_stack([_direction(hypothesis, i) for i in tested])
-    columns, torque = [], []
+    columns, torque, shown = [], [], []
     for j in range(model.robot.n):
         halves = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
         A, y = (np.concatenate(part) for part in zip(*halves, strict=True))
         sigma = _size(A, y)
         columns.append(A / sigma)
         torque.append(y / sigma)
-    first = len(before.time)
+        shown.append(_dense(before, j) @ free / sigma)
     return _JointFit(
         columns=tuple(columns),
         torque=tuple(torque),
         common=len(common),
         segment=np.concatenate([before.segment, after.segment + before.segment.max() + 1]),
-        parts=((before, slice(0, first)), (after, slice(first, None))),
+        parts=(before, after),
+        before=tuple(shown),
     )
 
 
@@ -184,9 +198,15 @@ def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor
 def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: Array, new: bool) -> tuple[Array, Array]:
     """Columns (M, common + k) and torque (M,) of one joint; those of the directions ``free`` (p, k) count in the new
     recordings only."""
+    dense = _dense(rows, j)
+    return np.column_stack([dense[:, common], dense @ free * new]), rows.torque[:, j]
+
+
+def _dense(rows: Regressor, j: int) -> Array:
+    """The columns (M, p) of all parameters in the rows of one joint."""
     dense = np.zeros((len(rows.time), len(rows.columns)))
     dense[:, rows.joints[j].columns] = rows.joints[j].values
-    return np.column_stack([dense[:, common], dense @ free * new]), rows.torque[:, j]
+    return dense
 
 
 def _size(columns: Array, torque: Array) -> float:
