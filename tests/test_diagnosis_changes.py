@@ -75,6 +75,18 @@ def test_a_change_is_new_and_what_both_hold_is_not(ur5: pid.Robot, healthy_runs:
     assert changed(ur5, more[:2], more[2:], "viscous_friction") == (False,)
 
 
+def test_a_change_is_larger_than_what_healthy_recordings_differ_by(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """The model's own recordings have more and less of it than the new one: this arm is never twice the same."""
+    new = with_torque(healthy_runs[3], 2.6, "viscous")
+    for factors, expected in (((0.0, 3.0, 0.5), False), ((1.2, 1.2, 1.2), True)):
+        before = [with_torque(run, f, "viscous") for run, f in zip(healthy_runs[:3], factors, strict=True)]
+        state = accepted(opened(ur5, [*before[:2], new]), "viscous_friction")
+        control = prepare_all(ur5, before, state.problem.filter)
+        assert changed_since(state, control, [0]) == (expected,), factors
+
+
 def test_of_two_effects_alike_the_one_that_the_model_has_is_what_changed(
     ur5: pid.Robot, healthy_runs: list[pid.Recording]
 ) -> None:

@@ -54,22 +54,23 @@ def scatter_between(
     """By how much the size of an effect differs between the recordings of some ``rows``, beyond what noise makes of it.
 
     Each recording is held against the others: all parameters, whose ``columns`` (M, p) of each joint are in units of its noise,
-    as the ``torque`` (M,), are common, and the size of the ``effect`` (M,) may differ. Source: the moment estimator of a random
-    effect, DerSimonian and Laird, "Meta-analysis in clinical trials" (1986).
+    as the ``torque`` (M,), are common, and the size of the ``effect`` (M,) may differ. What is left where every recording has a
+    size of its own is noise. Source: the moment estimator of a random effect, DerSimonian and Laird, "Meta-analysis in clinical
+    trials" (1986).
     """
-    inverse = pseudo_inverse(np.sum([A.T @ A for A in columns], axis=0))
-    x = inverse @ np.sum([A.T @ y for A, y in zip(columns, torque, strict=True)], axis=0)
-    left = [y - A @ x for A, y in zip(columns, torque, strict=True)]
+    masks = [rows.recording == recording for recording in np.unique(rows.recording)]
+    own = [[c * mask for mask in masks] for c in effect]
+    inverse, left = _fitted(columns, torque)
+    noise = _fitted([np.column_stack([A, *parts]) for A, parts in zip(columns, own, strict=True)], torque)[1]
     found = []
-    for recording in np.unique(rows.recording):
-        own = [c * (rows.recording == recording) for c in effect]
-        moved = inverse @ np.sum([A.T @ c for A, c in zip(columns, own, strict=True)], axis=0)
-        apart = [c - A @ moved for A, c in zip(columns, own, strict=True)]
+    for parts in zip(*own, strict=True):
+        moved = inverse @ np.sum([A.T @ c for A, c in zip(columns, parts, strict=True)], axis=0)
+        apart = [c - A @ moved for A, c in zip(columns, parts, strict=True)]
         size = sum(float(c @ c) for c in apart)
-        if size <= INSIDE * sum(float(c @ c) for c in own):
+        if size <= INSIDE * sum(float(c @ c) for c in parts):
             continue  # this recording does not show the effect apart from all else
         difference = sum(float(c @ r) for c, r in zip(apart, left, strict=True)) / size
-        push = np.sum([c * (r - difference * c) for c, r in zip(apart, left, strict=True)], axis=0) / size
+        push = np.sum([c * r for c, r in zip(apart, noise, strict=True)], axis=0) / size
         found.append((difference, max(variance for variance, _ in block_variances(push, rows.segment, [rows]))))
     if len(found) < 2:
         return ALIKE
@@ -78,3 +79,10 @@ def scatter_between(
     beyond = float(np.sum(weights * differences**2 - 1)) / float(weights.sum())
     # a recording differs from the others by its own deviation and by theirs
     return Scatter(variance=max(0.0, beyond) * (len(found) - 1) / len(found), count=len(found))
+
+
+def _fitted(columns: Sequence[Array], torque: Sequence[Array]) -> tuple[Array, list[Array]]:
+    """The inverse of the normal matrix of all joints' columns, and what they leave (M,) of each joint's torque."""
+    inverse = pseudo_inverse(np.sum([A.T @ A for A in columns], axis=0))
+    x = inverse @ np.sum([A.T @ y for A, y in zip(columns, torque, strict=True)], axis=0)
+    return inverse, [y - A @ x for A, y in zip(columns, torque, strict=True)]

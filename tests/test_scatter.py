@@ -1,0 +1,61 @@
+"""How much an effect's size differs between recordings: found where it is, against a truth that was drawn."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from physident.diagnosis.grading.scatter import block_variances, scatter_between
+
+ROWS = 120  # of a recording
+
+
+@pytest.mark.parametrize(("between", "low", "high"), [(0.0, 0.0, 0.003), (0.5, 0.17, 0.33)])
+def test_what_recordings_differ_by_is_found_beyond_the_noise(between: float, low: float, high: float) -> None:
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(200):
+        recordings = 4
+        which = np.repeat(np.arange(recordings), ROWS)
+        columns = [rng.standard_normal((recordings * ROWS, 3)) for _ in range(2)]
+        effect = [rng.standard_normal(recordings * ROWS), np.zeros(recordings * ROWS)]
+        size = rng.normal(1.0, between, recordings)[which] if between else np.ones(len(which))
+        torque = [
+            A @ [1.0, -2.0, 0.5] + c * size + rng.standard_normal(len(which))
+            for A, c in zip(columns, effect, strict=True)
+        ]
+        columns = [np.column_stack([A, c]) for A, c in zip(columns, effect, strict=True)]
+        rows = SimpleNamespace(recording=which, segment=which, kept_rate=10.0)
+        one = scatter_between(rows, columns, torque, effect)  # pyright: ignore[reportArgumentType]
+        assert one.count == recordings
+        found.append(one.variance)
+    assert low <= np.mean(found) <= high
+
+
+def test_a_recording_that_does_not_show_an_effect_does_not_count() -> None:
+    rng = np.random.default_rng(2)
+    which = np.repeat(np.arange(3), ROWS)
+    effect = rng.standard_normal(len(which)) * (which > 0)
+    columns = np.column_stack([rng.standard_normal(len(which)), effect])
+    torque = columns @ [1.0, 1.0] + 0.1 * rng.standard_normal(len(which))
+    rows = SimpleNamespace(recording=which, segment=which, kept_rate=10.0)
+    one = scatter_between(rows, [columns], [torque], [effect])  # pyright: ignore[reportArgumentType]
+    assert one.count == 2
+
+
+def test_long_waves_are_seen_in_long_blocks() -> None:
+    """Of a wave that lasts a tenth of the rows, short blocks know too little."""
+    rng = np.random.default_rng(3)
+    segment = np.zeros(4000, dtype=np.intp)
+    true, short, longest = [], [], []
+    for _ in range(100):
+        push = np.repeat(rng.standard_normal(10), 400) + rng.standard_normal(4000)
+        true.append(push.sum() ** 2)
+        own = SimpleNamespace(segment=segment, kept_rate=10.0)
+        of_lengths = list(block_variances(push - push.mean(), segment, [own]))  # pyright: ignore[reportArgumentType]
+        short.append(np.sum((push - push.mean()) ** 2))
+        longest.append(max(variance for variance, _ in of_lengths))
+    assert np.mean(short) < 0.05 * np.mean(true)
+    assert 0.5 * np.mean(true) < np.mean(longest) < 2 * np.mean(true)
