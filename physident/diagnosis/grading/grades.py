@@ -15,7 +15,7 @@ from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
-NOTICED = 0.25  # of the power of what even a right model leaves: an effect of less than half of the noise changes no prediction
+NOTICED = 0.1  # of the power of what even a right model leaves: below, the RMS error falls by less than 5 %
 
 
 def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> Array:
@@ -75,7 +75,9 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
-    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * right and not vague
+    # no right model leaves more than the final one does
+    least = min(right, finding.gain.rms_after**2)
+    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * least and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)
