@@ -61,9 +61,12 @@ def test_a_cause_takes_more_than_is_left_above_the_noise() -> None:
 
 
 def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -> None:
-    """A right model leaves half a newton metre: what adds a tenth of that power changes no prediction, twice of it does."""
-    assert grade(finding((1.1 * 0.25) ** 0.5, 0.5)) == "contribution"
-    assert grade(finding((3 * 0.25) ** 0.5, 0.5)) == "cause"
+    """A right model leaves half a newton metre: what lowers the RMS by 3 % changes no prediction, 10 % does."""
+    assert grade(finding(0.5 / 0.97, 0.5)) == "contribution"
+    assert grade(finding(0.5 / 0.9, 0.5)) == "cause"
+    # nor does a right model leave more than this one: here it leaves 0.1 N m
+    assert grade(finding(0.1 / 0.97, 0.1)) == "contribution"
+    assert grade(finding(0.1 / 0.9, 0.1)) == "cause"
 
 
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:

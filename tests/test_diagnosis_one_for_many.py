@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.grades import single_cause
+from physident.diagnosis.grading.grades import is_patchwork, single_cause
 from physident.diagnosis.result.findings import Finding, Grade, Reduction
 from physident.diagnosis.result.wording import wrong_baseline_sentence
 from physident.diagnosis.search import forward_search
@@ -98,6 +98,15 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     assert "what is missing" in sentence
     assert sentence.endswith("the best single cause is payload.")
     assert "what is missing" not in wrong_baseline_sentence("missing", (1,), answer[:1])
+
+
+def test_changes_that_a_control_set_apart_are_no_patchwork() -> None:
+    """Seven effects were found, five of which the arm had before: two faults remain, and both may be causes."""
+    two = [finding("payload", "cause"), finding("coulomb_friction", "cause")]
+    assert is_patchwork(overfull=True, controlled=False, findings=two)
+    assert not is_patchwork(overfull=True, controlled=True, findings=two)
+    assert is_patchwork(overfull=True, controlled=True, findings=[*two, *two, *two])
+    assert not is_patchwork(overfull=False, controlled=False, findings=[*two, *two, *two])
 
 
 def test_new_surrogates_are_spared_only_where_they_could_change_nothing(rubbing: Hypothesis) -> None:

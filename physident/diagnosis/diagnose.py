@@ -12,7 +12,7 @@ from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import alike_before, control_recordings
-from physident.diagnosis.grading.grades import expected_error, graded, single_cause
+from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.learned.learn import learn_curves
@@ -26,7 +26,7 @@ from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.search.candidate_scores import CandidateScores
-from physident.diagnosis.search.forward_search import HANDFUL, SearchResult, search_effects, settled_hypothesis
+from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import check_rivals
 from physident.diagnosis.search.same_torque import same_torque
@@ -143,9 +143,8 @@ def diagnose_motion(
     every = graded(hypothesis, found_effects, expected, controlled=bool(control))
     findings, since_before = _apart(hypothesis, every, alike)
     findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
-    # what a control sets apart is no patchwork: each change that is left was held against it by itself
-    overfull = found.overfull and (not control or len(findings) > HANDFUL)
-    findings = single_cause(findings) if overfull else findings
+    patchwork = is_patchwork(found.overfull, bool(control), findings)
+    findings = single_cause(findings) if patchwork else findings
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
     extended = None
     if sure.accepted:
@@ -165,7 +164,7 @@ def diagnose_motion(
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
         findings=findings,
         missing_since_before=(*(complete.findings if complete else ()), *since_before),
-        wrong_baseline=_joints_of(hypothesis) if overfull else (),
+        wrong_baseline=_joints_of(hypothesis) if patchwork else (),
         controlled=bool(control) if question == "different" else None,
         before=error_before,
         after=error_after,

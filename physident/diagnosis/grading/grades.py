@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, without
 from physident.diagnosis.result.findings import Finding, Grade
+from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
@@ -46,6 +47,12 @@ def graded(
     found = [_graded(hypothesis, finding, expected, controlled) for finding in findings]
     order: dict[Grade, int] = {"cause": 0, "contribution": 1, "hint": 2}
     return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
+
+
+def is_patchwork(overfull: bool, controlled: bool, findings: Sequence[Finding]) -> bool:
+    """Whether the ``findings`` of a search that found more than a handful would prove nothing. Where the search was ``controlled``,
+    each of them was held against the control by itself, and only those that changed are left: these must be more than a handful."""
+    return overfull and (not controlled or len(findings) > HANDFUL)
 
 
 def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
