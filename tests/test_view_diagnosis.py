@@ -57,10 +57,24 @@ def test_the_words_have_every_number_of_a_finding(diagnosis: DiagnosisRecord) ->
     text = findings(diagnosis)
     for said in (
         "load-dependent friction on joint 2", "1.83 → 0.79", "57 % less", "51 to 62 %", "0.0814", "0.0731 to 0.0897",
-        "torque constant on joint 3", "vary the load at one speed", "3.5 to 4.2", "joint spring on joint 5",
+        "torque constant on joint 3", "Vary the load at one speed", "3.5 to 4.2", "joint spring on joint 5",
     ):  # fmt: skip
         assert said in text, said
     assert text.startswith("# The model lacks load-dependent friction on joint 2")
+
+
+def test_the_words_say_what_is_no_cause_and_what_was_missing_before(diagnosis: DiagnosisRecord) -> None:
+    hint = replace(
+        FOUND, grade="hint", stability=0.15, doubts=("found in 3 of 20 searches on halves of the recordings",)
+    )
+    text = findings(replace(diagnosis, findings=(TOUCH, hint), missing_since_before=(FOUND,)))
+    assert "## 2. load-dependent friction on joint 2 (hint)" in text
+    assert "A hint, no cause: found in 3 of 20 searches" in text
+    assert "(hint)" not in text.split("## 2.")[0]
+    assert (
+        "**Missing since before**, as the model's own recordings show alike: load-dependent friction on joint 2."
+        in text
+    )
 
 
 def test_models_of_a_diagnosis_are_shown_once(diagnosis: DiagnosisRecord, model: pid.Model) -> None:

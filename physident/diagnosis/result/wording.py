@@ -71,6 +71,15 @@ def searches_in_words(stability: float) -> str:
     return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"
 
 
+def trust_in_words(finding: Finding) -> str:
+    """A sentence with the grade of what is no cause, why, and how many searches on halves found it; empty where nothing is to be said."""
+    searches = [] if finding.stability is None else [searches_in_words(finding.stability)]
+    reasons = ", ".join(dict.fromkeys([*finding.doubts, *searches]))
+    grade = "" if finding.grade == "cause" else f"A {finding.grade}, no cause"
+    text = ": ".join(filter(None, [grade, reasons]))
+    return f"{text[0].upper()}{text[1:]}." if text else ""
+
+
 def numbered(joints: Sequence[int]) -> str:
     """Joint numbers as a sentence lists them, three and more in a row as a range: "1 to 3 and 6"."""
     runs: list[list[int]] = []

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed
+from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed, trust_in_words
 from physident.effects.catalogue import effect_label
 from physident.graphics.figures.residual import torque_units
 from physident.graphics.session.data import SessionData, spans
@@ -46,6 +46,9 @@ def findings(c: DiagnosisRecord) -> str:
         lines += _finding(number, finding)
         if command := c.command(finding):
             lines += ["Design a motion that separates them:", "", "```sh", command, "```", ""]
+    if old := c.missing_since_before:
+        names = "; ".join(cause(finding.effect, finding.joints) for finding in old)
+        lines += [f"**Missing since before**, as the model's own recordings show alike: {names}.", ""]
     if left := c.structured:
         sizes = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
         lines += [f"**Unexplained structure** [N m RMS]: {sizes}.", ""]
@@ -61,7 +64,8 @@ def findings(c: DiagnosisRecord) -> str:
 def _finding(number: int, finding: Finding) -> list[str]:
     gain, (low, high) = finding.gain, finding.gain.interval95
     lines = [
-        f"## {number}. {cause(finding.effect, finding.joints)}",
+        f"## {number}. {cause(finding.effect, finding.joints)}"
+        + ("" if finding.grade == "cause" else f" ({finding.grade})"),
         "",
         f"Residual {gain.rms_before:.3g} → {gain.rms_after:.3g} N m RMS on left-out rows:"
         f" **{gain.reduction_percent:.0f} % less** (95 %: {round(low)} to {round(high)} %).",
@@ -81,7 +85,8 @@ def _finding(number: int, finding: Finding) -> list[str]:
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
-    lines += [in_words(text) + "\n" for text in (finding.in_words, finding.advice) if text]
+    texts = (finding.in_words, trust_in_words(finding), finding.advice)
+    lines += [f"{text[0].upper()}{text[1:]}\n" for text in map(in_words, texts) if text]
     return lines
 
 

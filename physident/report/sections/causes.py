@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import CurveBand, Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, in_words, listed, searches_in_words
+from physident.diagnosis.result.wording import cause, in_words, listed, trust_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.figures.residual import torque_units
 from physident.graphics.style import OTHER, effect_colour
@@ -34,7 +34,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         "article",
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
-        *([tag("p", in_words(f.in_words))] if f.in_words else []),
+        *([tag("p", f"{words[0].upper()}{words[1:]}")] if (words := in_words(f.in_words)) else []),
         *(_curve(c, curve) for curve in f.curves),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
@@ -69,11 +69,8 @@ def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
 
 def _trust(f: Finding) -> list[Markup]:
     """The grade of what is no cause and why, how stable the finding is, and what else could be behind it."""
-    searches = [] if f.stability is None else [searches_in_words(f.stability)]
-    reasons = ", ".join(dict.fromkeys([*f.doubts, *searches]))
-    grade = "" if f.grade == "cause" else f"A {f.grade}, no cause"
-    text = ": ".join(filter(None, [grade, reasons]))
-    rows = [tag("p", f"{text[0].upper()}{text[1:]}.")] if text else []
+    text = trust_in_words(f)
+    rows = [tag("p", text)] if text else []
     return [*rows, *([tag("p", f.confounder, class_="caution")] if f.confounder else [])]
 
 
