@@ -40,6 +40,8 @@ def test_a_diagnosis_in_blocks_is_that_of_one_block(
         "large_arrays.BLOCK",
         "large_arrays.STEP",
         "dynamics.model.BLOCK",
+        "dynamics.column_structure.BLOCK",
+        "effects.hysteresis.BLOCK",
         "diagnosis.statistics.row_products.BLOCK",
         "diagnosis.statistics.row_products.STEP",
         "diagnosis.statistics.stored_products.STEP",

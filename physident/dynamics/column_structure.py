@@ -57,15 +57,14 @@ class ColumnStructure:
     def fill(self, values: list[Array], first: int, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> None:
         """Evaluates and filters the kept rows of one segment into ``values``, from row ``first`` on.
 
-        Pointwise effects are evaluated in chunks, effects with a memory on the whole segment at once.
+        Pointwise effects are evaluated in chunks, effects with a memory in blocks with the samples around that these depend on.
         """
         D = filter.decimation(signals.rate)
         length = len(filter.taps(signals.rate))
         chunk_rows = max(1, max(CHUNK, 4 * length) // D)
         for effect, targets in zip(self.effects, self.targets, strict=True):
             if not effect.pointwise:
-                whole = filter.apply(effect.values(self.robot, signals), signals.rate)[:, rows]
-                _put(values, targets, whole, first)
+                self._fill_with_memory(effect, targets, values, first, signals, rows, filter)
 
         def fill_chunk(start: int) -> None:
             samples = slice(rows[start] * D, rows[min(start + chunk_rows, len(rows)) - 1] * D + length)
@@ -78,15 +77,32 @@ class ColumnStructure:
 
         each(fill_chunk, range(0, len(rows), chunk_rows), shared=is_shared(values[0]))
 
+    def _fill_with_memory(
+        self, effect: Effect, targets: list[Target], values: list[Array], first: int, signals: Signals, rows: NDArray[np.intp], filter: Filter
+    ) -> None:  # fmt: skip
+        """The same for one effect whose values depend on other samples than their own."""
+        D, length = filter.decimation(signals.rate), len(filter.taps(signals.rate))
+        block_rows = max(1, BLOCK // D)
+
+        def fill_block(start: int) -> None:
+            samples = slice(rows[start] * D, rows[min(start + block_rows, len(rows)) - 1] * D + length)
+            around = effect.around(self.robot, signals, samples)
+            part = effect.values(self.robot, signals.part(around))
+            own = part[..., samples.start - around.start : samples.stop - around.start]
+            _put(values, targets, filter.apply(own, signals.rate), first + start)
+            if len(rows) > block_rows:
+                release()
+
+        each(fill_block, range(0, len(rows), block_rows), shared=is_shared(values[0]))
+
     def counted(self, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> NDArray[np.bool_]:
         """Rows (K, n) in whose whole filter window every effect on that joint is settled."""
         result = np.ones((len(rows), self.robot.n), dtype=bool)
-        D, length = filter.decimation(signals.rate), len(filter.taps(signals.rate))
+        D = filter.decimation(signals.rate)
         for effect in self.effects:
             unsettled = effect.unsettled(self.robot, signals)
             if unsettled is not None:
-                before = np.concatenate([np.zeros((1, self.robot.n)), np.cumsum(unsettled, axis=0)])
-                result &= before[rows * D + length] == before[rows * D]
+                result &= rows[:, None] * D >= unsettled
         return result
 
 

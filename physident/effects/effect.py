@@ -179,9 +179,13 @@ class Effect(ABC):
 
     # limits of what recordings show
 
-    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
-        """Samples (N, n) of one segment whose value still depends on the time before the segment; None where none do."""
+    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.intp] | None:
+        """How many samples (n,) at the beginning of a segment have a value that depends on the time before it; None where none have."""
         return None
+
+    def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
+        """The samples of one segment that its values at some samples depend on: the whole segment, unless the effect knows better."""
+        return samples if self.pointwise else slice(0, len(signals.time))
 
     def moved_to_start(self) -> tuple[Effect, float]:
         """The effect with its times moved to the start of any motion, and how long [s] that motion must last."""

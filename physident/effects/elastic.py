@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
 from physident.effects.classification import Family, JointTerm, Variable
 from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
-from physident.recordings.preparation import derivative
+from physident.recordings.preparation import derivative, half_window
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -74,6 +74,11 @@ class JointElasticity(Effect):
             deflection[0] = torque[:, i]
             deflection[1:] = [derivative(torque[:, i], order, signals.rate, passband) for order in (1, 2)]
         return -torque_changes(robot, links, state, active, deflections).reshape(-1, len(signals.time))
+
+    def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
+        # a fit sees half a window on either side, and the fits at the ends another half
+        half = 2 * half_window(signals.rate, PASSBAND * signals.cutoff, len(signals.time))
+        return slice(max(0, samples.start - half), min(len(signals.time), samples.stop + half))
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         """Zero: the simulated links move as before, and ``measure`` gives what the encoders show."""

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from physident.effects.classification import Family, ShapeParameter
 from physident.effects.effect import Array, Cone, Effect, nonnegative
 from physident.effects.friction import CoulombFriction
+from physident.large_arrays import BLOCK, blocks
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 SETTLING_TRAVEL = 3.0  # times the presliding distance: exp(-3) = 5 % of the earlier deflection is left
+FORGOTTEN = 40.0  # times the presliding distance: exp(-40) of the earlier deflection is less than rounding
 
 
 @dataclass(frozen=True)
@@ -48,14 +50,28 @@ class PreslidingHysteresis(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return bristle(signals.v.T[self.active(robot)], self.shape_values(robot, "distance"), signals.rate)
 
-    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.bool_] | None:
+    def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.intp] | None:
         if signals.time[0] - signals.origin < 1 / signals.rate:
             return None  # a recording begins at rest; only after a gap is the deflection unknown
-        active = self.active(robot)
-        travel = np.cumsum(np.abs(signals.v[:, active]), axis=0) / signals.rate
-        result = np.zeros(signals.v.shape, dtype=bool)
-        result[:, active] = travel < SETTLING_TRAVEL * self.shape_values(robot, "distance")
+        active, travelled = self.active(robot), np.zeros(robot.n)
+        distance, result = SETTLING_TRAVEL * self.shape_values(robot, "distance"), np.zeros(robot.n, dtype=np.intp)
+        for rows in blocks(len(signals.time)):
+            travel = travelled[active] + np.cumsum(np.abs(signals.v[rows][:, active]), axis=0) / signals.rate
+            result[active] += (travel < distance).sum(axis=0)
+            travelled[active] = travel[-1]
+            if (travelled[active] >= distance).all():
+                break
         return result
+
+    def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
+        active, travelled = self.active(robot), 0.0
+        far = FORGOTTEN * self.shape_values(robot, "distance")
+        first = samples.start
+        while first > 0 and not np.all(travelled >= far):
+            rows = slice(max(0, first - BLOCK), first)
+            travelled = travelled + np.abs(signals.v[rows][:, active]).sum(axis=0) / signals.rate
+            first = rows.start
+        return slice(first, samples.stop)
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
         return self.shape_values(robot, "distance")[:, None] * np.sign(speeds)

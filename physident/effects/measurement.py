@@ -82,6 +82,9 @@ class TimeDelay(Effect):
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         return every_joint_pattern(robot.n, 1)
 
+    def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
+        return slice(max(0, samples.start - 1), min(len(signals.time), samples.stop + 1))
+
     def values(self, robot: Robot, signals: Signals) -> Array:
         return -np.gradient(signals.from_model("motor"), 1 / signals.rate, axis=0).T
 
