@@ -64,9 +64,8 @@ def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -
     """A right model leaves half a newton metre: what lowers the RMS by 3 % changes no prediction, 10 % does."""
     assert grade(finding(0.5 / 0.97, 0.5)) == "contribution"
     assert grade(finding(0.5 / 0.9, 0.5)) == "cause"
-    # nor does a right model leave more than this one: here it leaves 0.1 N m
-    assert grade(finding(0.1 / 0.97, 0.1)) == "contribution"
-    assert grade(finding(0.1 / 0.9, 0.1)) == "cause"
+    # a model that now leaves less than a right one does may take up noise: what counts is what even a right one leaves
+    assert grade(finding(0.15, 0.1)) == "contribution"
 
 
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:

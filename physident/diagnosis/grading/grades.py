@@ -82,9 +82,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
-    # no right model leaves more than the final one does
-    least = min(right, finding.gain.rms_after**2)
-    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * least and not vague
+    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * right and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)
