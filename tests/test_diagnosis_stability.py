@@ -15,11 +15,12 @@ from physident.diagnosis.search.candidate_scores import CandidateScores, score_c
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
-from physident.diagnosis.stability import stability
+from physident.diagnosis.stability import half_search, stability
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.stability.stability import STABLE, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.diagnosis.statistics.product_fit import Chosen
 from physident.diagnosis.statistics.stored_products import MAX_UNITS, store_products
 from physident.processes import VARIABLE
 from tests.opened import opened
@@ -85,6 +86,31 @@ def test_what_is_there_is_found_in_every_half_and_what_is_not_in_few(
     assert share is not None
     assert share < STABLE
     assert found == stability_of(first, last, checks(last))  # the seed decides
+
+
+def test_what_earlier_rows_said_of_the_model_speaks_in_a_half_too(first: CandidateScores) -> None:
+    """The model could take up doubled friction, but only against what its own recordings said of it."""
+    state = first.hypothesis
+    stored = store_products(state)
+    half = half_search._Half(stored, stored.over(range(stored.units)), state, first.threshold)
+    effect, columns = stored.options[TRUE[0]][0]
+    true = Chosen(TRUE[0], effect, columns)
+    before, after = half.fit([]), half.fit([true])
+    # the same fit from the rows themselves
+    inside = blocks(state.data, float(state.fit.memory.max())) >= 0
+    A, y = [np.diag(np.sqrt(before.prior))], [np.zeros(len(before.prior))]
+    for j, rows in enumerate(state.baseline.joints):
+        A.append(rows[inside] * before.fit.weights[j])
+        y.append(state.data.response[inside, j] * before.fit.weights[j])
+    x = np.linalg.lstsq(np.concatenate(A), np.concatenate(y), rcond=None)[0]
+    assert before.contradicted == pytest.approx(float(before.prior @ x**2), rel=1e-6)
+    seen = float(np.sum(half.products.worth * 2 * np.log(before.fit.sigma / after.fit.sigma)))
+    relief, numbers = before.contradicted - after.contradicted, len(columns)
+    assert abs(relief) > 0.1
+    chance = half_search._chance(after, numbers)
+    assert half_search._evidence(before, after, true) == pytest.approx(seen + relief - chance, abs=1e-6)
+    shorter = half.length([]) - half.length([true])
+    assert shorter == pytest.approx(seen + relief - chance - first.threshold, abs=1e-6)
 
 
 def test_a_rival_counts_as_found(first: CandidateScores, last: CandidateScores) -> None:
