@@ -54,6 +54,18 @@ def test_an_old_fault_is_missing_since_before_and_only_the_change_is_a_cause(fou
     assert found.controlled
 
 
+def test_what_does_not_hold_on_the_new_recordings_is_not_added(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """Twice the same ripple before; then it is there, or gone. What went shall not be put into the model first."""
+    before = [with_fault(run, False) for run in healthy_runs[:2]]
+    estimate = pid.identify(ur5, before)
+    for asked, expected in (([with_fault(run, False) for run in healthy_runs[2:]], True), (healthy_runs[2:], False)):
+        completed = complete_model(estimate, before, asked, 0, lambda _: None)
+        rippled = [f for f in completed.findings if RIPPLED in f.joints]
+        assert bool(rippled) is expected
+
+
 def test_the_change_has_its_value(found: pid.Diagnosis) -> None:
     (value,) = found.causes[0].parameters
     assert value.change == pytest.approx(9.0, rel=0.1)
@@ -120,6 +132,6 @@ def test_own_recordings_that_cannot_be_searched_are_said_to_be(
 
     monkeypatch.setattr("physident.diagnosis.grading.completed.search_effects", refused)
     with pytest.warns(pid.PhysidentWarning, match="may be named as a change.*too short"):
-        kept = complete_model(healthy_estimate, healthy_runs[:2], 0, lambda _: None)
+        kept = complete_model(healthy_estimate, healthy_runs[:2], healthy_runs[2:], 0, lambda _: None)
     assert kept.estimate is healthy_estimate
     assert kept.findings == ()

@@ -121,7 +121,7 @@ def diagnose_motion(
     control = _control(estimate, before, question)
     original, complete = as_estimate(model, used_filter), None
     if estimate and control and before is None:
-        complete = complete_model(estimate, control, seed, progress)
+        complete = complete_model(estimate, control, with_torque, seed, progress)
         model = estimate = complete.estimate
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = learn_curves(search_effects(problem, progress), progress)

@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from physident.diagnosis.grading.holdout import held_to_unseen
+from physident.diagnosis.grading.members import without
 from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.forward_search import search_effects
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.errors import PhysidentError, warn
@@ -32,10 +35,15 @@ class CompletedModel:
 
 
 def complete_model(
-    estimate: Estimate, control: Sequence[Recording], seed: int, progress: Callable[[str], None]
+    estimate: Estimate,
+    control: Sequence[Recording],
+    asked: Sequence[Recording],
+    seed: int,
+    progress: Callable[[str], None],
 ) -> CompletedModel:
     """The estimate with what a search on the ``control``, all of the recordings that it was fitted to, adds to it.
 
+    What makes the error on the recordings that are ``asked`` larger is not added: it may hold where the arm was, and not where it is.
     Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is, and
     a warning says so.
     """
@@ -44,6 +52,7 @@ def complete_model(
     try:
         found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
         hypothesis = found.last.hypothesis
+        hypothesis = _held_to(hypothesis, asked, estimate.drive_gains)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
@@ -55,3 +64,17 @@ def complete_model(
         return CompletedModel(estimate=estimate)
     checks = [RivalCheck(one, 0.0, ()) for one in hypothesis.accepted]
     return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))
+
+
+def _held_to(hypothesis: Hypothesis, asked: Sequence[Recording], drive_gains: tuple[float, ...] | None) -> Hypothesis:
+    """The hypothesis without the effects that make the error of their joints on other recordings larger."""
+    if not hypothesis.accepted:
+        return hypothesis
+    uncertainty = uncertainty_of(hypothesis)
+    each = [
+        finding
+        for one in hypothesis.accepted
+        for finding in make_findings(hypothesis, [RivalCheck(one, 0.0, ())], uncertainty)
+    ]
+    held = held_to_unseen(hypothesis, each, asked, drive_gains)
+    return without(hypothesis, [finding for finding in held if finding.grade == "hint"])
