@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import without
 from physident.diagnosis.learned.learn import learn_curves
@@ -24,6 +26,9 @@ from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.recordings.recording import Recording
+from physident.validation.predictions import predict
+
+CHANGED = 2.0  # times the error that a model left on its own recordings: a joint that errs more has changed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,7 +48,8 @@ def complete_model(
 ) -> CompletedModel:
     """The estimate with what a search on the ``control``, all of the recordings that it was fitted to, adds to it.
 
-    What makes the error on the recordings that are ``asked`` larger is not added: it may hold where the arm was, and not where it is.
+    What makes the error on the recordings that are ``asked`` larger is not added, where these joints are as they were: it held where
+    the arm had been, and not where it is.
     Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is, and
     a warning says so.
     """
@@ -52,7 +58,7 @@ def complete_model(
     try:
         found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
         hypothesis = found.last.hypothesis
-        hypothesis = _held_to(hypothesis, asked, estimate.drive_gains)
+        hypothesis = _held_to(hypothesis, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
@@ -66,15 +72,14 @@ def complete_model(
     return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))
 
 
-def _held_to(hypothesis: Hypothesis, asked: Sequence[Recording], drive_gains: tuple[float, ...] | None) -> Hypothesis:
-    """The hypothesis without the effects that make the error of their joints on other recordings larger."""
-    if not hypothesis.accepted:
+def _held_to(hypothesis: Hypothesis, asked: Sequence[Recording], estimate: Estimate) -> Hypothesis:
+    """The hypothesis without the effects that make the error of their joints on other recordings larger. Where a joint has changed,
+    its error says nothing of what it always lacked."""
+    as_before = predict(estimate, asked).rms < CHANGED * np.asarray(estimate.sigma)
+    told = [one for one in hypothesis.accepted if as_before[[j - 1 for j in one.candidate.joints] or slice(None)].all()]
+    if not told:
         return hypothesis
     uncertainty = uncertainty_of(hypothesis)
-    each = [
-        finding
-        for one in hypothesis.accepted
-        for finding in make_findings(hypothesis, [RivalCheck(one, 0.0, ())], uncertainty)
-    ]
-    held = held_to_unseen(hypothesis, each, asked, drive_gains)
+    each = [finding for one in told for finding in make_findings(hypothesis, [RivalCheck(one, 0.0, ())], uncertainty)]
+    held = held_to_unseen(hypothesis, each, asked, estimate.drive_gains)
     return without(hypothesis, [finding for finding in held if finding.grade == "hint"])
