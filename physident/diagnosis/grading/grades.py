@@ -17,6 +17,7 @@ from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 NOTICED = 0.1  # of the power of what even a right model leaves: below, the RMS error falls by less than 5 %
+NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 
 
 def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> Array:
@@ -82,7 +83,8 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
-    is_cause = share.takes > share.leaves and noticed.takes > NOTICED * right and not vague
+    least = NOTICED_WHILE if finding.intervals else NOTICED
+    is_cause = share.takes > share.leaves and noticed.takes > least * right and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)
