@@ -57,8 +57,7 @@ def complete_model(
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
     try:
         found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
-        hypothesis = found.last.hypothesis
-        hypothesis = _held_to(hypothesis, asked, estimate)
+        hypothesis = _held_to(found.last.hypothesis, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)

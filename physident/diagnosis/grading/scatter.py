@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,9 @@ def block_variances(push: Array, segment: NDArray[np.intp], parts: Sequence[Regr
     eighth of the rows, or whole segments, are tried. ``segment`` (M,) labels contiguous rows, ``parts`` have the rows in order.
     """
     ends = np.cumsum([0, *(len(part.segment) for part in parts)])
-    memory = max(float(correlation_rows(one, push[a:b, None])[0]) for one, a, b in zip(parts, ends, ends[1:]))  # noqa: B905
+    memory = max(
+        float(correlation_rows(one, push[a:b, None])[0]) for one, (a, b) in zip(parts, pairwise(ends), strict=True)
+    )
     length, tried = max(1, round(BLOCK * memory)), 0
     while True:
         labels = block_labels(segment, length)
