@@ -13,7 +13,7 @@ from physident.robots.robot import Robot
 
 MIN_TRAVEL = 0.05  # rad or m: over a smaller range, a coarsely quantised torque may be constant
 MAX_RATIO = 10.0  # to the robot's effort limit: real torques are below one, a wrong unit prefix gives a thousand
-SHOWN = 1_000_000  # rows at most that a percentile is of
+SHOWN = 100_000  # rows at most that a percentile is of
 PERCENTILE = 99.0  # of the torque, so that single spikes do not count
 
 
