@@ -51,7 +51,7 @@ def refuse_constant(recording: Recording) -> None:
 def _refuse_other_unit(recording: Recording, robot: Robot) -> None:
     every = -(-len(recording.time) // SHOWN)
     torque = recording.torque
-    some = np.concatenate([torque[rows][::every] for rows in blocks(len(torque))])
+    some = np.concatenate([torque[rows][::every].copy() for rows in blocks(len(torque))])  # what is read is given back
     high = np.percentile(np.abs(some), PERCENTILE, axis=0)
     ratio = high / robot.torque_limit  # zero where the robot states no limit
     j = int(np.argmax(ratio))
