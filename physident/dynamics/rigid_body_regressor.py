@@ -10,14 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.vectorised import Vectorised
+from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
+REMEMBERED = 1 << 21  # values at most: a chunk of samples, which is gone before the next one comes
 
 
 def torque_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
@@ -42,6 +45,18 @@ def torque_entries(robot: Robot, q: Array, v: Array, a: Array) -> Array:
     return _compiled(robot_key(robot)).entries.run(np.concatenate([q.T, v.T, a.T]))
 
 
+def torque_entries_of(robot: Robot, signals: Signals) -> Array:
+    """``torque_entries`` along signals, computed once for all effects that ask for a short piece of them; read-only."""
+    key, known = robot_key(robot), _remembered.get(signals)
+    if known is not None and known[0] == key:
+        return known[1]
+    values = torque_entries(robot, signals.q, signals.v, signals.a)
+    values.setflags(write=False)
+    if values.size <= REMEMBERED:
+        _remembered[signals] = key, values
+    return values
+
+
 def torque_expression(robot: Robot) -> Any:
     """The CasADi function (q, v, a) -> Y (n, 10 n), sparse, of one state: the source of exact gradients."""
     return _compiled(robot_key(robot)).function
@@ -51,6 +66,9 @@ def robot_key(robot: Robot) -> tuple:
     """Joints and gravity of a robot as hashable numbers: all that its dynamics depend on except the link parameters."""
     joints = tuple((j.kind, j.parent, *map(tuple, (j.axis, j.rotation.ravel(), j.translation))) for j in robot.joints)
     return joints, tuple(robot.gravity)
+
+
+_remembered: WeakKeyDictionary[Signals, tuple[tuple, Array]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)

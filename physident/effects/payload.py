@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.rigid_body_regressor import torque_entries, torque_pattern
+from physident.dynamics.rigid_body_regressor import torque_entries_of, torque_pattern
 from physident.effects.classification import Family, Scope
 from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.errors import InputError
@@ -47,7 +47,7 @@ class LinkChange(Effect):
         return np.column_stack([rows, effect_columns]).astype(np.intp)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return torque_entries(robot, signals.q, signals.v, signals.a)[self._entries(robot)]
+        return torque_entries_of(robot, signals)[self._entries(robot)]
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
         links = np.zeros((robot.n, 10))

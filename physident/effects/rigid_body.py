@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.rigid_body_regressor import torque_entries, torque_pattern
+from physident.dynamics.rigid_body_regressor import torque_entries_of, torque_pattern
 from physident.effects.classification import Detection, Family, Scope
 from physident.effects.effect import AddedInertia, Array, Column, Cone, Effect, nonnegative
 from physident.recordings.signals import Signals
@@ -37,7 +37,7 @@ class RigidBody(Effect):
         return torque_pattern(robot)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return torque_entries(robot, signals.q, signals.v, signals.a)
+        return torque_entries_of(robot, signals)
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
         return AddedInertia(theta, np.zeros(robot.n))

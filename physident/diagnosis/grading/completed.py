@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physident.diagnosis.grading.holdout import held_to_unseen
-from physident.diagnosis.grading.members import without
+from physident.diagnosis.grading.holdout import made_worse
+from physident.diagnosis.grading.members import without_effects
 from physident.diagnosis.learned.learn import learn_curves
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
@@ -75,10 +75,10 @@ def _held_to(hypothesis: Hypothesis, asked: Sequence[Recording], estimate: Estim
     """The hypothesis without the effects that make the error of their joints on other recordings larger. Where a joint has changed,
     its error says nothing of what it always lacked."""
     as_before = predict(estimate, asked).rms < CHANGED * np.asarray(estimate.sigma)
-    told = [one for one in hypothesis.accepted if as_before[[j - 1 for j in one.candidate.joints] or slice(None)].all()]
-    if not told:
-        return hypothesis
-    uncertainty = uncertainty_of(hypothesis)
-    each = [finding for one in told for finding in make_findings(hypothesis, [RivalCheck(one, 0.0, ())], uncertainty)]
-    held = held_to_unseen(hypothesis, each, asked, estimate.drive_gains)
-    return without(hypothesis, [finding for finding in held if finding.grade == "hint"])
+    told = [
+        i
+        for i, one in enumerate(hypothesis.accepted)
+        if as_before[[j - 1 for j in one.candidate.joints] or slice(None)].all()
+    ]
+    worse = made_worse(hypothesis, [[i] for i in told], asked, estimate.drive_gains)
+    return without_effects(hypothesis, [i for i, bad in zip(told, worse, strict=True) if bad])

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import without
+from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.model import Model
-from physident.estimation.estimate import as_estimate
+from physident.estimation.identify import prepare_all
+from physident.estimation.results.predictions import predictions_of
 from physident.recordings.recording import Recording
-from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]
 UNSEEN = "not confirmed on unseen data"
@@ -30,24 +30,32 @@ def held_to_unseen(
     refitted. A contact belongs to its own recording and stays."""
     if not holdout:
         return tuple(findings)
-    whole = _errors(hypothesis.extension.model, hypothesis, holdout, drive_gains)
-    result = []
-    for finding in findings:
-        if finding.intervals:
-            result.append(finding)
-            continue
-        rest = without(hypothesis, [finding])
-        index = [j - 1 for j in finding.joints] or list(range(len(whole)))
-        other = _errors(rest.extension.model, hypothesis, holdout, drive_gains)
-        worse = float(np.sum(whole[index])) > float(np.sum(other[index]))
-        result.append(replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if worse else finding)
-    return tuple(result)
+    groups = [[] if finding.intervals else members(hypothesis, finding) for finding in findings]
+    worse = made_worse(hypothesis, groups, holdout, drive_gains)
+    return tuple(
+        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad else finding
+        for finding, bad in zip(findings, worse, strict=True)
+    )
 
 
-def _errors(
-    model: Model, hypothesis: Hypothesis, holdout: Sequence[Recording], drive_gains: tuple[float, ...] | None
-) -> Array:
-    """Mean squared error (n,) of a model on the holdout, in units of the noise."""
-    estimate = replace(as_estimate(model, hypothesis.problem.filter), drive_gains=drive_gains)
-    predictions = predict(estimate, holdout)
-    return (predictions.rms / hypothesis.fit.sigma) ** 2
+def made_worse(
+    hypothesis: Hypothesis,
+    groups: Sequence[Sequence[int]],
+    holdout: Sequence[Recording],
+    drive_gains: tuple[float, ...] | None,
+) -> list[bool]:
+    """Whether the holdout's error on its joints is larger with each group of accepted effects (their indices) than without it."""
+    problem = hypothesis.problem
+    with_torque = [recording.with_default_drive_gains(drive_gains) for recording in holdout]
+    signals = prepare_all(problem.model.robot, with_torque, problem.filter)
+
+    def errors(model: Model) -> Array:
+        """Mean squared error (n,) of a model on the holdout, in units of the noise."""
+        return (predictions_of(model, signals, problem.filter).rms / hypothesis.fit.sigma) ** 2
+
+    whole, result = errors(hypothesis.extension.model), []
+    for group in groups:
+        joints = [j - 1 for i in group for j in hypothesis.accepted[i].candidate.joints] or slice(None)
+        other = errors(without_effects(hypothesis, group).extension.model) if group else whole
+        result.append(bool(np.sum(whole[joints]) > np.sum(other[joints])))
+    return result

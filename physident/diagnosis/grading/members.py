@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from physident.diagnosis.result.findings import Finding
@@ -24,9 +24,13 @@ def members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
 
 def without(hypothesis: Hypothesis, findings: Sequence[Finding]) -> Hypothesis:
     """The hypothesis without the effects of some findings, all others refitted."""
-    if not findings:
+    return without_effects(hypothesis, {i for finding in findings for i in members(hypothesis, finding)})
+
+
+def without_effects(hypothesis: Hypothesis, dropped: Collection[int]) -> Hypothesis:
+    """The hypothesis without some of its accepted effects (their indices), all others refitted."""
+    if not dropped:
         return hypothesis
-    dropped = {i for finding in findings for i in members(hypothesis, finding)}
     kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
     return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)
 

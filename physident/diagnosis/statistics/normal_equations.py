@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
 
 Array = NDArray[np.float64]
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
@@ -28,13 +29,10 @@ def pseudo_inverse(H: Array) -> Array:
     size = np.sqrt(np.maximum(np.diag(H), 0.0))  # rounding may make a silent column negative
     size = np.where(size > ZERO * size.max(), size, np.inf)
     scaled = H / np.outer(size, size)
-    try:  # ten times as fast where every direction is decided
-        L = np.linalg.cholesky(scaled)
-        if L.diagonal().min() ** 2 > DECIDED:
-            root = np.linalg.inv(L).T / size[:, None]
-            return root @ root.T
-    except np.linalg.LinAlgError:
-        pass
+    L, failed = dpotrf(scaled, lower=1, clean=1)
+    if not failed and L.diagonal().min() ** 2 > DECIDED:  # ten times as fast where every direction is decided
+        lower, _ = dpotri(L, lower=1)
+        return (lower + np.tril(lower, -1).T) / np.outer(size, size)
     values, vectors = np.linalg.eigh(scaled)
     kept = values > RANK * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]

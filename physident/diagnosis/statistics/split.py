@@ -126,8 +126,10 @@ class Split:
         if (k, j) in self.kept:
             return self.kept[k, j][some]
         one, own = self.classes[k], self.test[j]
-        Zc, c = self._Zc(one, some), one.columns[some]
-        half = Zc @ (0.5 * (own.BB @ Zc.transpose(0, 2, 1)) - np.moveaxis(own.BC[:, c], 0, 1))
+        c = one.columns[some]
+        Z = self.Z[:, c.ravel()]
+        pulled = (0.5 * (own.BB @ Z) - own.BC[:, c.ravel()]).reshape(len(Z), *c.shape)  # one product of large matrices
+        half = Z.reshape(pulled.shape).transpose(1, 2, 0) @ pulled.transpose(1, 0, 2)
         return own.CC[k][some] + half + half.transpose(0, 2, 1)
 
     def _relief(self, k: int, tops: NDArray[np.intp], theta: Array, contradicted: Array) -> Array:

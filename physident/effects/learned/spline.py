@@ -25,7 +25,8 @@ def mode_count(pieces: int) -> int:
 def bumps(t: Array, pieces: int) -> Array:
     """Values (pieces + 3, ...) of the B-splines at places ``t`` (...) from 0 to ``pieces``."""
     distance = np.abs(t - np.arange(-1.0, pieces + 2).reshape(-1, *np.ones(np.ndim(t), dtype=int)))
-    return (np.maximum(2 - distance, 0.0) ** 3 - 4 * np.maximum(1 - distance, 0.0) ** 3) / 6
+    outer, inner = np.maximum(2 - distance, 0.0), np.maximum(1 - distance, 0.0)
+    return (outer * outer * outer - 4 * (inner * inner * inner)) / 6  # a product is ten times as fast as a power
 
 
 @cache
