@@ -77,6 +77,15 @@ def copied(values: NDArray[Any]) -> NDArray[Any]:
     return result
 
 
+def picked(values: NDArray[Any], at: NDArray[np.intp]) -> NDArray[Any]:
+    """The values (K, ...) at some rows (K,) of (N, ...), whose numbers do not fall: of an array in a file, only blocks are in memory."""
+    result = np.empty((len(at), *values.shape[1:]), values.dtype)
+    for rows in blocks(len(values)):
+        some = slice(*np.searchsorted(at, (rows.start, rows.stop)))
+        result[some] = values[at[some]]
+    return result
+
+
 def numbered(count: int, first: int = 1) -> NDArray[np.intp]:
     """The numbers (N,) of rows, from ``first`` on."""
     result = empty(count, np.intp)

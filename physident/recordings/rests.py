@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.large_arrays import blocks
+from physident.large_arrays import blocks, picked
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -85,8 +85,8 @@ def find_rests(q: Array, v: Array, position_range: float, velocity_std: float, f
     apart = first[1:] - last[:-1] > 1  # a rest goes on across the seam of two blocks
     first, last = first[np.r_[True, apart]] if len(first) else first, last[np.r_[apart, True]] if len(last) else last
     start, stop = _without_creep(first - half, last + half + 1, v, CERTAIN * velocity_std)
-    before = np.where(start > 0, v[np.maximum(start - 1, 0)], np.nan)
-    after = np.where(stop < len(q), v[np.minimum(stop, len(q) - 1)], np.nan)
+    before = np.where(start > 0, picked(v, np.maximum(start - 1, 0)), np.nan)
+    after = np.where(stop < len(q), picked(v, np.minimum(stop, len(q) - 1)), np.nan)
     return Rests(start=start, stop=stop, before=before, after=after)
 
 

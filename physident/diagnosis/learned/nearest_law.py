@@ -46,12 +46,18 @@ def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
         return ""
     others = [one for one in hypothesis.accepted if one is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
-    laws = [law for law in laws_of_joint(rest, accepted.candidate.joints) if contradiction(rest, law) is None]
-    shares = shares_of_curve(rest, accepted.candidate, laws)
-    said = "no effect of the catalogue has this shape"
-    if not len(shares) or shares.max() < LEAST:
-        return f"{said}, and none takes {100 * LEAST:.0f} % of it."
-    best = int(np.argmax(shares))
-    if shares[best] > 1 - (SAME_SHAPE / 100) ** 2:
-        return f"{laws[best].name} takes as much of it."
-    return f"{said}; nearest: {laws[best].name}, {100 * min(float(shares[best]), 1.0):.0f} % of it."
+    laws, said = laws_of_joint(rest, accepted.candidate.joints), "no effect of the catalogue has this shape"
+    for share, law in sorted(zip(shares_of_curve(rest, accepted.candidate, laws), laws, strict=True), key=_share):
+        if share < LEAST:
+            break
+        if contradiction(rest, law) is not None:
+            continue
+        if share > 1 - (SAME_SHAPE / 100) ** 2:
+            return f"{law.name} takes as much of it."
+        return f"{said}; nearest: {law.name}, {100 * min(float(share), 1.0):.0f} % of it."
+    return f"{said}, and none takes {100 * LEAST:.0f} % of it."
+
+
+def _share(pair: tuple[float, Candidate]) -> float:
+    """The key that sorts laws from the largest share on."""
+    return -pair[0]
