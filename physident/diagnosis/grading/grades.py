@@ -1,4 +1,4 @@
-"""The grade of a finding: a cause takes more of the error than the final model leaves on its joints, and can be noticed."""
+"""The grade of a finding: a cause takes more of the error where it shows than the final model leaves there, and can be noticed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import members, without
+from physident.diagnosis.grading.members import members, where_it_shows, without
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
@@ -66,14 +66,14 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlled: bool) -> Finding:
-    index = [j - 1 for j in finding.joints] or list(range(len(expected)))
-    weights = 1 / hypothesis.fit.sigma[index] ** 2
+    weights = np.ones(len(expected)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
+    weights = weights / hypothesis.fit.sigma**2
     problem = hypothesis.problem
     counted = (
         problem.regressor.counted
     )  # errors are those of rows weighted by what their rests leave open, so the noise is too
     trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
-    right = float(np.sum(weights * trusted[index] * expected[index] ** 2) / np.sum(weights))
+    right = float(np.sum(weights * trusted * expected**2) / np.sum(weights))
     whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)
     share = noticed = _Share.of(*_while_it_lasts(hypothesis, finding), right) if finding.intervals else whole
     if (

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.values import parameter_values
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
+
+Array = NDArray[np.float64]
 
 
 def members(hypothesis: Hypothesis, finding: Finding) -> list[int]:
@@ -33,6 +38,15 @@ def without_effects(hypothesis: Hypothesis, dropped: Collection[int]) -> Hypothe
         return hypothesis
     kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
     return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)
+
+
+def where_it_shows(hypothesis: Hypothesis, group: Collection[int]) -> Array:
+    """The share (n,) of what some accepted effects (their indices) change of the residual, all others refitted, that lies on each
+    joint, in units of the noise: a load that only the wrist feels is judged there, whatever the shoulder's friction leaves."""
+    rest = without_effects(hypothesis, group)
+    change = (rest.fit.residual - hypothesis.fit.residual) / hypothesis.fit.sigma
+    power = np.sum(change * change, axis=0)
+    return power / max(float(power.sum()), 1e-300)
 
 
 def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty: Uncertainty) -> tuple[Finding, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.grading.members import where_it_shows
 from physident.diagnosis.learned.describe import curve_band
 from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
@@ -81,7 +82,7 @@ def _finding(
         effect=name,
         joints=joints,
         parameters=tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty)),
-        gain=_reduction(hypothesis, accepted, joints),
+        gain=_reduction(hypothesis, accepted),
         rivals=rivals,
         intervals=tuple(interval for one in accepted for interval in getattr(one.effect, "intervals", ())),
         advice=" ".join(filter(None, texts)),
@@ -112,22 +113,22 @@ def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypot
     return state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
 
 
-def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect], joints: Sequence[int]) -> Reduction:
+def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduction:
     rest = _without(hypothesis, group)
     if group[0].candidate is CONTACT:
         return _contact_reduction(hypothesis, rest, group)
-    weights = 1 / hypothesis.fit.sigma
-    indices = [j - 1 for j in joints] or list(range(len(weights)))
+    shown = where_it_shows(hypothesis, [hypothesis.accepted.index(one) for one in group])
+    squares_of_weights = shown / hypothesis.fit.sigma**2
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
     prior = np.concatenate(
         [np.full(len(a.effect.columns(hypothesis.problem.model.robot)), prior_precision(a.effect)) for a in group]
     )
     before, after = (
-        (weights**2 * squares)[:, indices]
+        squares_of_weights * squares
         for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))
     )
-    rows = np.count_nonzero(labels >= 0) * np.sum(weights[indices] ** 2)
+    rows = np.count_nonzero(labels >= 0) * np.sum(squares_of_weights)
     sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]
     return Reduction(
         rms_before=sizes[0],

@@ -33,7 +33,7 @@ class ParameterValue:
 
 @dataclass(frozen=True, kw_only=True)
 class Reduction:
-    """RMS [N m|N] over a finding's joints, noise-weighted, without and with it on rows that were left out, and its
+    """RMS [N m|N] over all joints, weighted by noise and by how much of a finding shows on each, without and with it on rows that were left out, and its
     reduction [%] with a 95 % interval."""
 
     rms_before: float
@@ -73,7 +73,7 @@ class Finding:
     ``rivals`` could stand in its place, ``advice`` says what would separate them. A contact has ``intervals`` (start, end)
     [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise.
 
-    A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error on its joints vanishes with it, all else
+    A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error where it shows vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
     A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings, or it is not stable.
     ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and

@@ -89,7 +89,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
 def _balance(f: Finding) -> str:
     if f.takes_percent is None or f.leaves_percent is None:
         return ""
-    return f" (takes {f.takes_percent:.0f} % of the squared error of its joints, {f.leaves_percent:.0f} % stays unexplained)"
+    return f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
 
 
 def _named(effect: str, joints: Sequence[int]) -> str:

@@ -58,9 +58,8 @@ def _curve(c: DiagnosisRecord, curve: CurveBand) -> Markup:
 def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
     units = {torque_units(c.model.robot)[j - 1] for j in f.joints} or {*torque_units(c.model.robot)}
     unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
-    where = "its joint" if len(f.joints) == 1 else "its joints" if f.joints else "all joints"
     return [
-        f"On rows that were left out of the fit, it reduces the noise-weighted error of {where} from ",
+        "On rows that were left out of the fit, it reduces the noise-weighted error where it shows from ",
         f"{number(f.gain.rms_before)} to {quantity(f.gain.rms_after, unit)} RMS: ",
         tag("strong", f"{percent(f.gain.reduction_percent)} less"),
         f" (95 % interval {percent(low)} to {percent(high)}).",
