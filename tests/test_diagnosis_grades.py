@@ -12,6 +12,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.grading import grades
+from physident.diagnosis.grading import members as member_effects
 from physident.diagnosis.grading.grades import graded
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.search.forward_search import HANDFUL
@@ -25,7 +26,17 @@ def hypothesis() -> Any:
     """Two joints of equal noise, whose rows all count in full."""
     full = np.ones((100, 2))
     problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0))
-    return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem))
+    return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem, accepted=()))
+
+
+@pytest.fixture(autouse=True)
+def shown_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Findings of the made-up hypothesis show alike on both joints, where a test does not say otherwise."""
+
+    def shown(of: Any, group: Any) -> Any:
+        return np.full(2, 0.5) if isinstance(of, SimpleNamespace) else member_effects.where_it_shows(of, group)
+
+    monkeypatch.setattr(grades, "where_it_shows", shown)
 
 
 def finding(before: float, after: float, **more: Any) -> Finding:
@@ -66,6 +77,24 @@ def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -
     assert grade(finding(0.5 / 0.9, 0.5)) == "cause"
     # a model that now leaves less than a right one does may take up noise: what counts is what even a right one leaves
     assert grade(finding(0.15, 0.1)) == "contribution"
+
+
+def test_a_finding_is_judged_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first joint's noise is ten times that of the second: what only the second feels is a cause there, and not where the first
+    counts as well."""
+    one, expected = finding(1.0, 0.5), np.array([5.0, 0.5])
+    assert graded(hypothesis(), [one], expected)[0].grade == "contribution"
+    monkeypatch.setattr(grades, "where_it_shows", lambda *_: np.array([0.0, 1.0]))
+    assert graded(hypothesis(), [one], expected)[0].grade == "cause"
+
+
+def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    complete = hypothesis()
+    complete.fit.sigma, complete.fit.residual = np.array([2.0, 0.5]), np.zeros((100, 2))
+    rest = SimpleNamespace(fit=SimpleNamespace(residual=np.tile([1.0, 0.5], (100, 1))))
+    monkeypatch.setattr(member_effects, "without_effects", lambda *_: rest)
+    # 1 N m is half the noise of the first joint, 0.5 N m the whole noise of the second: four fifths of the power
+    assert member_effects.where_it_shows(complete, [0]) == pytest.approx([0.2, 0.8])
 
 
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:

@@ -144,6 +144,18 @@ def test_ripple_is_searched_at_the_orders_of_the_motor(ur5: pid.Robot) -> None:
     assert cls.search_grid(replace(ur5, drives=None), (2,), shape) == shape.grid
 
 
+def test_a_ripple_must_repeat_to_be_looked_for(ur5: pid.Robot) -> None:
+    """A quarter of a turn shows two periods of order 8, and not of order 7, which may be any bend."""
+    cls, signals = pid.CATALOGUE["torque_ripple"], motion(ur5)
+    q = signals.q.copy()
+    q[:, 1] = np.linspace(-np.pi / 4, np.pi / 4, len(q)) * 1.000001
+    q[:, 2] = 0.3
+    orders = [effect.order[0] for effect in cls.search_options(ur5, (2,), [replace(signals, q=q)])]
+    assert min(orders) == 8.0
+    assert max(orders) > 40.0  # of the motor
+    assert not cls.search_options(ur5, (3,), [replace(signals, q=q)])
+
+
 def test_warm_up_is_searched_within_the_recording_and_by_temperature(ur5: pid.Robot) -> None:
     cls, cold = pid.CATALOGUE["warm_up"], replace(motion(ur5), temperature=None)  # 20 s
     assert [effect.time_constant for effect in cls.search_options(ur5, (1,), [cold])] == [(3.0,), (6.0,), (12.0,)]

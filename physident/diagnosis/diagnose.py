@@ -16,6 +16,7 @@ from physident.diagnosis.grading.grades import expected_error, graded, is_patchw
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.learned.learn import learn_curves
+from physident.diagnosis.problem.candidates import candidate_effects
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -267,8 +268,10 @@ def _refuse_if_placebos_pass(placebos: Sequence[Placebo]) -> None:
 
 
 def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
-    """Effects that lie inside the baseline, or show no torque, when the search begins."""
-    result, hypothesis = [], first.hypothesis
+    """Effects that lie inside the baseline, show no torque, or need a wider motion, when the search begins."""
+    hypothesis = first.hypothesis
+    places = candidate_effects(hypothesis.problem.model, hypothesis.problem.signals)
+    result = [Unseen(name, joints, "of a joint that moves too little") for name, joints, options in places if not options]
     for candidate, share in zip(hypothesis.data.candidates, first.visible_share, strict=True):
         if share >= VISIBLE or candidate.placebo:
             continue

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,11 @@ from physident.effects.classification import Family, JointTerm, Scope, ShapePara
 from physident.effects.effect import Array, Column, Cone, Effect, array_source, nonnegative
 from physident.effects.friction import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
+from physident.large_arrays import limits
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
+
+REPEATS = 2  # periods of a ripple that the recordings must show: less is a bend, which springs and cables have too
 
 
 @dataclass(frozen=True)
@@ -125,7 +129,8 @@ class TorqueRipple(Effect):
 
     Causes are the cogging of the motor, and the teeth and the wave generator of the gear. The joint's side has whole
     orders (1 to 40); a motor turns G times as fast, the wave generator of a harmonic drive has two periods a turn: orders
-    G and 2 G. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass.
+    G and 2 G. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass. A diagnosis looks for orders of which
+    the recordings show two periods: what does not repeat may be any function of the position.
     """
 
     order: tuple[float, ...] | None = None
@@ -146,6 +151,14 @@ class TorqueRipple(Effect):
             return shape.grid
         ratio = robot.drives[joints[0] - 1].gear_ratio
         return (*shape.grid, *(order for order in (ratio, 2 * ratio) if order not in shape.grid))
+
+    @classmethod
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
+        """Orders that the recordings show to repeat; there are none where a joint hardly moves."""
+        ends = np.array([limits(one.q[:, joints[0] - 1]) for one in signals])
+        turns = float(ends[:, 1].max() - ends[:, 0].min()) / (2 * np.pi)
+        every = super().search_options(robot, joints, signals)
+        return [one for one in every if one.order is not None and one.order[0] * turns >= REPEATS]
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(

@@ -89,7 +89,8 @@ class AcceptedEffect:
 
 
 def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[str, tuple[int, ...], list[Effect]]]:
-    """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain."""
+    """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain; no effects where the
+    signals cannot show the candidate for what it is."""
     found = []
     for name, cls in CATALOGUE.items():
         if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):

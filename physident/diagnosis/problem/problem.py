@@ -248,6 +248,8 @@ def _laid_out(model: Model, signals: Sequence[Signals]) -> tuple[tuple[Candidate
     at = len(model.columns)
     candidates = []
     for name, joints, shaped in candidate_effects(model, signals):
+        if not shaped:
+            continue
         options = []
         for effect in shaped:
             count = len(effect.columns(model.robot))

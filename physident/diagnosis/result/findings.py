@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-UnseenReason = Literal["shows no torque", "inside what the baseline may take up", "of a joint that does not move"]
+UnseenReason = Literal[
+    "shows no torque", "inside what the baseline may take up", "of a joint that does not move", "of a joint that moves too little"
+]
 Role = Literal["diagnosed", "holdout"]
 Grade = Literal["cause", "contribution", "hint"]
 SEARCHES = 20  # on halves: a share is then known to a tenth

@@ -17,6 +17,7 @@ WORDED: dict[UnseenReason, str] = {
     "shows no torque": "shows no torque of its own",
     "inside what the baseline may take up": "inside what the baseline may take up",
     "of a joint that does not move": "of a joint that does not move",
+    "of a joint that moves too little": "of a joint that moves too little to show what it is",
 }
 IN_MODEL = "in the model already, which was fitted to these recordings"
 
