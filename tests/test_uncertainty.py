@@ -18,6 +18,7 @@ from physident.errors import PhysidentWarning
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
+from physident.estimation import uncertainty
 from physident.estimation.uncertainty import block_labels, correlation_rows, jackknife, t_quantile
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters
@@ -93,6 +94,15 @@ def test_correlation_time_of_first_order_noise(keep: float) -> None:
         for seed in range(60)
     ]
     assert np.mean(times) == pytest.approx((1 + keep) / (1 - keep), rel=0.15)
+
+
+def test_correlation_time_of_a_long_series_is_that_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Worked on in pieces, or in one."""
+    series = slow(0.9, (ROWS, 1), np.random.default_rng(5)), np.sin(np.arange(ROWS) / 400)[:, None]
+    whole = [correlation_rows(made(np.zeros(ROWS)), one)[0] for one in series]
+    monkeypatch.setattr(uncertainty, "BLOCK", 64)  # shorter than the second series remembers
+    pieces = [correlation_rows(made(np.zeros(ROWS)), one)[0] for one in series]
+    assert pieces == pytest.approx(whole, rel=1e-9)
 
 
 def test_blocks_do_not_cross_segments() -> None:

@@ -9,6 +9,7 @@ Student's t with one degree of freedom less than there are blocks.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -94,14 +95,14 @@ def jackknife(
         share, directions = np.linalg.eigh(np.eye(Z.shape[1]) - Z.T @ Z)
         deviations.append(root @ ((directions / np.maximum(share, LEVERAGE_FLOOR)) @ (directions.T @ (score @ root))))
         pushes.append(score + rows.T @ (rows @ deviations[-1]))
-        since_release += len(block)
+        since_release += len(A)
         if since_release > BLOCK:
             release()
             since_release = 0
     return Jackknife(np.array(deviations), np.array(pushes))
 
 
-def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np.intp]]:
+def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np.intp]] | list[slice]:
     total = len(regressor.segment)
     length = max(1, min(math.ceil(BLOCK_PERIODS * correlation), total // FEWEST_BLOCKS))
     if length < SHORTEST_PERIODS * correlation:
@@ -111,6 +112,9 @@ def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np
             " record longer or more often"
         )
     labels = block_labels(regressor.segment, length)
+    ends = np.flatnonzero(np.diff(labels)) + 1
+    if len(ends) == labels.max():  # no block is in two places
+        return [slice(a, b) for a, b in itertools.pairwise([0, *ends.tolist(), total])]
     return np.split(np.argsort(labels, kind="stable"), np.flatnonzero(np.diff(np.sort(labels))) + 1)
 
 
@@ -142,21 +146,30 @@ def correlation_rows(regressor: Regressor, residual: Array) -> Array:
     times = []
     for series in residual.T:
         pieces = [series[regressor.segment == s] for s in np.unique(regressor.segment)]
-        rho = _autocorrelation(pieces)
-        pairs = rho[: len(rho) // 2 * 2].reshape(-1, 2).sum(axis=1)
-        negative = np.flatnonzero(pairs <= 0)
+        most = max(2, max(map(len, pieces)) // 3)
+        for lags in sorted({min(most, BLOCK), most}):
+            rho = _autocorrelation(pieces, lags)
+            pairs = rho[: lags // 2 * 2].reshape(-1, 2).sum(axis=1)
+            negative = np.flatnonzero(pairs <= 0)
+            if len(negative):
+                break
         stop = negative[0] if len(negative) else len(pairs)
         times.append(max(1.0, 2 * pairs[:stop].sum() - 1))
     return np.array(times)
 
 
-def _autocorrelation(pieces: list[Array]) -> Array:
-    """Autocorrelation of a series in pieces, lags from 0 to a third of the longest piece."""
-    lags = max(2, max(len(piece) for piece in pieces) // 3)
+def _autocorrelation(pieces: list[Array], lags: int) -> Array:
+    """Autocorrelation (lags,) of a series in pieces, from lag 0 on."""
     total = np.zeros(lags)
     for piece in pieces:
-        size = 1 << int(2 * len(piece) - 1).bit_length()
-        spectrum = np.abs(np.fft.rfft(piece, size)) ** 2
-        lagged = np.fft.irfft(spectrum, size)[: min(lags, len(piece))]
-        total[: len(lagged)] += lagged
+        for rows in blocks(len(piece), max(len(piece) if lags > BLOCK else 0, 4 * BLOCK)):
+            lagged = _lagged(piece[rows], piece[rows.start : rows.stop + lags], lags)
+            total[: len(lagged)] += lagged
     return total / total[0] if total[0] > 0 else np.eye(1, lags)[0]
+
+
+def _lagged(series: Array, later: Array, lags: int) -> Array:
+    """Sums of the products of a series (N,) with what comes from its beginning on, ``later`` (N and more,), at each lag."""
+    size = 1 << int(len(series) + len(later) - 1).bit_length()
+    product = np.conj(np.fft.rfft(series, size)) * np.fft.rfft(later, size)
+    return np.fft.irfft(product, size)[: min(lags, len(later))]

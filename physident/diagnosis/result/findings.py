@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 UnseenReason = Literal[
-    "shows no torque", "inside what the baseline may take up", "of a joint that does not move", "of a joint that moves too little"
+    "shows no torque",
+    "inside what the baseline may take up",
+    "of a joint that does not move",
+    "of a joint that moves too little",
 ]
 Role = Literal["diagnosed", "holdout"]
 Grade = Literal["cause", "contribution", "hint"]
