@@ -15,10 +15,10 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Column
 from physident.errors import PhysidentWarning
+from physident.estimation import uncertainty
 from physident.estimation.estimators import Physical
 from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
-from physident.estimation import uncertainty
 from physident.estimation.uncertainty import block_labels, correlation_rows, jackknife, t_quantile
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters
