@@ -58,6 +58,15 @@ class Columns:
         """Bytes of the values."""
         return sum(values.nbytes for _, values in self.joints)
 
+    def joint_by_joint(self) -> Columns:
+        """The same with columns of its own for each joint."""
+        active = [j for j, (places, _) in enumerate(self.joints) if len(places)]
+        joints = tuple(
+            (places + self.count * active.index(j), values) if j in active else (places, values)
+            for j, (places, values) in enumerate(self.joints)
+        )
+        return Columns(self.count * len(active), self.rows, joints)
+
     def torque(self, values: Array) -> Array:
         """The torque (M, n) [N m|N] of ``values`` (count,)."""
         return np.column_stack([columns @ values[places] for places, columns in self.joints])

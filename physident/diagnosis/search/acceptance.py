@@ -18,7 +18,8 @@ from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
-from physident.effects.classification import Family
+from physident.effects.catalogue import effect_scope
+from physident.effects.classification import Family, Scope
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -117,8 +118,29 @@ def _is_smaller(candidate: Candidate, family: Family, size: int) -> bool:
 
 
 def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a candidate's gain is of use, and the extended arm is physically possible."""
-    return is_useful(hypothesis, candidate) and contradiction(hypothesis, candidate) is None
+    """Whether a candidate's gain is of use, it holds on each of its joints, and the extended arm is physically possible."""
+    return (
+        is_useful(hypothesis, candidate)
+        and holds_on_each_joint(hypothesis, candidate)
+        and contradiction(hypothesis, candidate) is None
+    )
+
+
+def holds_on_each_joint(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether what couples two joints acts on both alike: with values of its own on each joint, it predicts left-out rows no better
+    beyond the scatter over blocks, or by less than is worth naming. Friction that leaks from one torque channel into another does not."""
+    if effect_scope(candidate.name) is not Scope.NEIGHBOURS:
+        return True
+    alike = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
+    apart = alike.joint_by_joint()
+    weights = hypothesis.fit.weights**2
+    law, free = (
+        weights * hypothesis.left_out_fits.squares_of_blocks(columns, np.zeros(columns.count))
+        for columns in (alike, apart)
+    )
+    gain = (law - free).sum(axis=1)
+    worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
 def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:

@@ -1,7 +1,7 @@
 """Effects that make the same torque on any motion of an arm within the ranges that were recorded.
 
 What such effects stand for cannot be told apart by these recordings or longer ones, whatever little each of them explains beside
-the other: the tilt of a planar arm and the zero of its first joint, a spring and a torque ripple slower than a turn. They are found
+the other: the tilt of a planar arm and the zero of its first joint. They are found
 by what their columns can make on a motion that moves every joint through its range at random, and not by what they gained.
 """
 
