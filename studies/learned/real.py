@@ -1,5 +1,8 @@
 """Real arms: what curves learn from them, beside a Gaussian process and a small network on (q, v, a), on recordings not fitted.
 
+The last row is a bound: what any function of a joint's position, velocity, acceleration and load would leave at least of the fitted
+recordings, from states that were visited twice (``physident/diagnosis/learned/predictable.py``).
+
 The two learn the torque that the default model leaves, as functions of the position, velocity and acceleration of all joints, from
 the same rows; they are scikit-learn's, with its own choice of their sizes. Neither can be exported to a simulator, or is passive.
 """
@@ -9,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 import tempfile
 import warnings
@@ -35,6 +39,7 @@ MODELS = (
     "with the effects and curves that diagnosis names",
     "default + Gaussian process",
     "default + network",
+    "the least that any function of state could leave",
 )
 
 
@@ -90,23 +95,32 @@ def _tx40() -> list[Task]:
     return [Task(arm="TX40, second half", robot=robot, fitted=[first], judged=[second], filter=pid.Filter())]
 
 
-def errors(task: Task, cache: dict[str, tuple[pid.Estimate, pid.Estimate]]) -> dict[str, list[float]]:
+def errors(task: Task, cache: dict[str, tuple[pid.Estimate, pid.Estimate, Array]]) -> dict[str, list[float]]:
     """Relative error (n,) [%] of each model on the judged recordings, friction at rest at its best value inside its band."""
     key = "|".join(sorted(one.sha256 for one in task.fitted))
     if key not in cache:
         default = pid.identify(task.robot, task.fitted, filter=task.filter)
         found = pid.diagnose_motion(default, task.fitted)
-        cache[key] = default, found.estimate or default
-    default, extended = cache[key]
+        cache[key] = default, found.estimate or default, _least(found)
+    default, extended, least = cache[key]
     seen, unseen = _rows(default, task.fitted), _rows(default, task.judged)
     result = {
         MODELS[0]: pid.validate(default, task.judged).relative_all,
         MODELS[1]: pid.validate(extended, task.judged).relative_all,
     }
-    for name, learn in zip(MODELS[2:], (_gaussian_process, _network), strict=True):
+    for name, learn in zip(MODELS[2:4], (_gaussian_process, _network), strict=True):
         left = unseen.left - learn(seen, unseen.state)
         result[name] = 100 * np.sqrt((left**2).sum(axis=0) / (unseen.measured**2).sum(axis=0))
+    result[MODELS[4]] = least
     return {name: np.asarray(values).tolist() for name, values in result.items()}
+
+
+def _least(found: pid.Diagnosis) -> Array:
+    """Relative error (n,) [%] of the fitted recordings that no function of a joint's state could go below; NaN where it is not known."""
+    shares = {one.joint: one.predictable for one in found.unexplained}
+    known = [shares.get(joint + 1) for joint in range(len(found.after.relative))]
+    left = [float("nan") if share is None else np.sqrt(1 - share) for share in known]
+    return np.asarray(found.after.relative) * left
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -171,7 +185,8 @@ def table(found: dict[str, dict[str, list[float]]]) -> str:
     """Rows of each arm: mean relative error of each joint, per model."""
     lines = []
     for arm, models in found.items():
-        lines += [arm, *(f"  {name:<50}" + "".join(f"{x:8.1f}" for x in values) for name, values in models.items()), ""]
+        rows = [f"  {name:<50}" + "".join(f"{x:8.1f}" for x in values) for name, values in models.items()]
+        lines += [arm, *(row.replace("nan", "  -") for row in rows), ""]
     return "\n".join(lines).rstrip()
 
 
@@ -200,7 +215,10 @@ def main() -> None:
         arm: {model: np.mean([row[model] for row in rows], axis=0).tolist() for model in MODELS}
         for arm, rows in gathered.items()
     }
-    (FOLDER / "real.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    readme = FOLDER / "README.md"
+    block = f"<!-- real -->\n```\n{table(found)}\n```\n<!-- /real -->"
+    text = re.sub(r"<!-- real -->.*?<!-- /real -->", lambda _: block, readme.read_text(encoding="utf-8"), flags=re.S)
+    readme.write_text(text, encoding="utf-8")
     print(table(found))
 
 
