@@ -77,6 +77,19 @@ def copied(values: NDArray[Any]) -> NDArray[Any]:
     return result
 
 
+def computed(shape: int | tuple[int, ...], rows_of: Callable[[slice], NDArray[Any]]) -> Array:
+    """An array (N, ...) of which ``rows_of`` gives some rows, block by block."""
+    result = empty(shape)
+    for rows in blocks(len(result)):
+        result[rows] = rows_of(rows)
+    return result
+
+
+def squares(values: Array) -> Array:
+    """Sums (...) of the squares of values (N, ...)."""
+    return np.sum([(values[rows] ** 2).sum(axis=0) for rows in blocks(len(values))], axis=0)
+
+
 def picked(values: NDArray[Any], at: NDArray[np.intp]) -> NDArray[Any]:
     """The values (K, ...) at some rows (K,) of (N, ...), whose numbers do not fall: of an array in a file, only blocks are in memory."""
     result = np.empty((len(at), *values.shape[1:]), values.dtype)

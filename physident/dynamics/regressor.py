@@ -92,6 +92,13 @@ class Regressor:
                 torque[some, j] = rows.some(some) @ theta[rows.columns]
         return torque
 
+    def residual(self, theta: Array) -> Array:
+        """What parameters (p,) leave of the filtered torque (M, n) [N m|N]."""
+        left = self.predict(theta)
+        for some in blocks(len(left)):
+            left[some] = self.torque[some] - left[some]
+        return left
+
     def compressed(self, weights: Array) -> tuple[Array, Array, float]:
         """R (p, p), z (p,) and rest with |W (Y theta - torque)|^2 = |R theta - z|^2 + rest for every theta.
 

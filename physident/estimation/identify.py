@@ -29,7 +29,7 @@ from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, sh
 from physident.estimation.sizing import unsized_parameters
 from physident.estimation.weighting import information_in, weight_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
-from physident.large_arrays import magnitude
+from physident.large_arrays import magnitude, squares
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
@@ -276,9 +276,8 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
 
 
 def _relative(regressor: Regressor, theta: Array) -> Array:
-    residual = regressor.torque - regressor.predict(theta)
-    size = np.linalg.norm(regressor.torque, axis=0)
-    return 100 * np.linalg.norm(residual, axis=0) / np.where(size > 0, size, 1.0)
+    size = np.sqrt(squares(regressor.torque))
+    return 100 * np.sqrt(squares(regressor.residual(theta))) / np.where(size > 0, size, 1.0)
 
 
 def _source(index: int, recording: Recording, regressor: Regressor) -> Source:

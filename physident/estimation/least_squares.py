@@ -56,7 +56,7 @@ def least_squares(
             step = solve_step(whiten(regressor, covariance), base, None, start)
         else:
             step = solve_step(regressor, base, 1 / np.sqrt(np.diag(covariance)), start)
-        residual = regressor.torque - regressor.predict(expand(base, step.x))
+        residual = regressor.residual(expand(base, step.x))
         found = _noise(regressor, residual, base, noise == "full")
         if noise == "equal" or np.allclose(found, covariance, rtol=SETTLED, atol=SETTLED * np.diag(covariance).min()):
             break
@@ -83,9 +83,9 @@ def finish(
     ``white`` is the regressor in units of the noise; ``influence``, ``curvature`` (M, n) of a robust loss.
     """
     theta = expand(base, step.x)
-    residual = regressor.torque - regressor.predict(theta)
+    residual = regressor.residual(theta)
     if influence is None:
-        influence = white.torque - white.predict(theta)
+        influence = white.residual(theta)
     gradient = sum(
         np.bincount(rows.columns, rows.some(some).T @ psi[some], len(base.columns))
         for rows, psi in zip(white.joints, influence.T, strict=True)

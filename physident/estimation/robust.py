@@ -26,7 +26,7 @@ def robust_least_squares(regressor: Regressor, base: BaseParameters, nominal: Ar
     first = least_squares(regressor, base, nominal, "diagonal")
     x, start = first.base, base.values(nominal)
     for iteration in range(1, MAX_ITERATIONS + 1):  # noqa: B007  (read after the loop)
-        residual = regressor.torque - regressor.predict(expand(base, x))
+        residual = regressor.residual(expand(base, x))
         sigma = middle_sigma(regressor, residual)
         weights = np.sqrt(huber_weights(residual / sigma, threshold)) / sigma
         step = solve_step(weight_rows(regressor, weights), base, None, start)
@@ -39,7 +39,7 @@ def robust_least_squares(regressor: Regressor, base: BaseParameters, nominal: Ar
             f"robust least squares did not settle in {MAX_ITERATIONS} iterations; try method='wls' and look at its residuals"
         )
     white = weight_rows(regressor, 1 / sigma)
-    u = white.torque - white.predict(expand(base, x))
+    u = white.residual(expand(base, x))
     inside = (np.abs(u) <= threshold).astype(float)
     return finish(regressor, white, base, step, iteration, np.clip(u, -threshold, threshold), inside)
 

@@ -147,15 +147,19 @@ def correlation_rows(regressor: Regressor, residual: Array) -> Array:
     for series in residual.T:
         pieces = [series[regressor.segment == s] for s in np.unique(regressor.segment)]
         most = max(2, max(map(len, pieces)) // 3)
-        for lags in sorted({min(most, BLOCK), most}):
-            rho = _autocorrelation(pieces, lags)
-            pairs = rho[: lags // 2 * 2].reshape(-1, 2).sum(axis=1)
-            negative = np.flatnonzero(pairs <= 0)
-            if len(negative):
-                break
-        stop = negative[0] if len(negative) else len(pairs)
-        times.append(max(1.0, 2 * pairs[:stop].sum() - 1))
+        time, ended = _summed(_autocorrelation(pieces, min(most, BLOCK)))
+        if not ended and most > BLOCK:
+            time, _ = _summed(_autocorrelation(pieces, most))
+        times.append(max(1.0, time))
     return np.array(times)
+
+
+def _summed(rho: Array) -> tuple[float, bool]:
+    """The integrated time of an autocorrelation (lags,), and whether a pair of lags whose sum is not positive has ended the sum."""
+    pairs = rho[: len(rho) // 2 * 2].reshape(-1, 2).sum(axis=1)
+    negative = np.flatnonzero(pairs <= 0)
+    stop = negative[0] if len(negative) else len(pairs)
+    return float(2 * pairs[:stop].sum() - 1), bool(len(negative))
 
 
 def _autocorrelation(pieces: list[Array], lags: int) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import JointRows, Regressor
 from physident.identifiability.base_parameters import BaseParameters
-from physident.large_arrays import blocks
+from physident.large_arrays import blocks, computed, magnitude, squares
 
 Array = NDArray[np.float64]
 ROWS = 1 << 13  # looked at at once
@@ -34,8 +34,13 @@ def weight_rows(regressor: Regressor, weights: Array) -> Regressor:
     """The regressor with every row and its torque multiplied by ``weights``, (n,) or (M, n)."""
     weights = np.broadcast_to(weights, regressor.torque.shape)
     prior = _scaled_prior(regressor, weights.max(axis=0))
-    joints = tuple(rows.weighted(np.ascontiguousarray(w)) for rows, w in zip(regressor.joints, weights.T, strict=True))
-    return replace(regressor, joints=joints, torque=regressor.torque * weights, prior=prior)
+    M = len(weights)
+    joints = tuple(
+        rows.weighted(computed(M, lambda some, w=w: w[some]))
+        for rows, w in zip(regressor.joints, weights.T, strict=True)
+    )
+    torque = computed(weights.shape, lambda some: regressor.torque[some] * weights[some])
+    return replace(regressor, joints=joints, torque=torque, prior=prior)
 
 
 def _scaled_prior(regressor: Regressor, weights: Array) -> Array | None:
@@ -102,12 +107,12 @@ def expand(base: BaseParameters, values: Array) -> Array:
 def joint_sigma(regressor: Regressor, residual: Array, parameters: float) -> Array:
     """Residual standard deviation (n,) [N m|N]; the ``parameters`` fitted are charged to the joints in equal parts."""
     freedom = np.maximum(1.0, regressor.counted.sum(axis=0) - parameters / residual.shape[1])
-    return np.maximum(np.sqrt((residual**2).sum(axis=0) / freedom), rounding(regressor))
+    return np.maximum(np.sqrt(squares(residual) / freedom), rounding(regressor))
 
 
 def rounding(regressor: Regressor) -> float:
     """Standard deviation below which residuals are rounding: noise-free data must not divide by zero."""
-    return 1e-12 * max(1.0, float(np.abs(regressor.torque).max()))
+    return 1e-12 * max(1.0, float(magnitude(regressor.torque).max()))
 
 
 def noise_floor(regressor: Regressor, share: float = FINEST) -> Array:

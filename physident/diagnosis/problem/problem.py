@@ -102,7 +102,7 @@ class DiagnosisProblem:
         return SearchData(
             regressor=regressor,
             candidates=(*self.candidates, *self.placebos),
-            response=regressor.torque - regressor.predict(theta),
+            response=regressor.residual(theta),
             fold=self.fold,
             memory=self.memory,
             model_columns=len(self.model.theta),

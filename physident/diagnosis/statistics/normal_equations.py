@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg import get_lapack_funcs
 
 Array = NDArray[np.float64]
+potrf, potri = get_lapack_funcs(("potrf", "potri"))  # Cholesky factor, and inverse from it
 INSIDE = 1e-6  # share of a candidate direction outside the baseline below which its value is rounding and noise
 RANK = 1e-10  # of the largest eigenvalue of the scaled normal matrix, the square of a singular value: below, rounding decides
 DECIDED = 1e-6  # of a scaled matrix's smallest pivot: all eigenvalues then lie far above RANK
@@ -29,9 +30,9 @@ def pseudo_inverse(H: Array) -> Array:
     size = np.sqrt(np.maximum(np.diag(H), 0.0))  # rounding may make a silent column negative
     size = np.where(size > ZERO * size.max(), size, np.inf)
     scaled = H / np.outer(size, size)
-    L, failed = dpotrf(scaled, lower=1, clean=1)
+    L, failed = potrf(scaled, lower=1, clean=1)
     if not failed and L.diagonal().min() ** 2 > DECIDED:  # ten times as fast where every direction is decided
-        lower, _ = dpotri(L, lower=1)
+        lower, _ = potri(L, lower=1)
         return (lower + np.tril(lower, -1).T) / np.outer(size, size)
     values, vectors = np.linalg.eigh(scaled)
     kept = values > RANK * values[-1]

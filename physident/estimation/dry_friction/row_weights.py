@@ -15,6 +15,7 @@ from physident.effects.effect import Effect
 from physident.effects.friction import sign_spread
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
+from physident.large_arrays import blocks, computed
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -55,12 +56,15 @@ def rest_weights(spread: Array, level: Array, residual: Array, counted: NDArray[
     ``spread`` (M, n) is that of ``spread_rows``, ``level`` (n,) [N m|N] the dry friction, ``residual`` (M, n) [N m|N] what
     a model leaves, whose size apart from dry friction is taken from the rows themselves.
     """
-    friction = (level * spread) ** 2
     weights = known_rows(spread)
     for _ in range(ROUNDS):
-        trusted = weights**2 * counted
-        variance = (trusted * (weights * residual) ** 2).sum(axis=0) / np.maximum(trusted.sum(axis=0), 1e-300)
-        weights = 1 / np.sqrt(1 + friction / np.maximum(variance, 1e-300))
+        size, total = np.zeros(len(level)), np.zeros(len(level))
+        for some in blocks(len(weights)):
+            trusted = weights[some] ** 2 * counted[some]
+            size += (trusted * (weights[some] * residual[some]) ** 2).sum(axis=0)
+            total += trusted.sum(axis=0)
+        variance = np.maximum(size / np.maximum(total, 1e-300), 1e-300)
+        weights = computed(spread.shape, lambda some, v=variance: 1 / np.sqrt(1 + (level * spread[some]) ** 2 / v))
     return weights
 
 
@@ -78,13 +82,13 @@ def row_weights(
     """
     spread = spread_rows(robot, effects, signals, filter)
     theta = quick_fit(robot, effects, weight_rows(regressor, known_rows(spread)))
-    residual = regressor.torque - regressor.predict(theta)
+    residual = regressor.residual(theta)
     return rest_weights(spread, dry_level(Model(robot, effects, theta)), residual, regressor.counted)
 
 
 def known_rows(spread: Array) -> Array:
     """Weights (M, n) of rows for a first fit, near one where the sign of velocity is known and near zero where it is not."""
-    return 1 / (1 + (spread / KNOWN) ** 2)
+    return computed(spread.shape, lambda some: 1 / (1 + (spread[some] / KNOWN) ** 2))
 
 
 @dataclass(frozen=True)

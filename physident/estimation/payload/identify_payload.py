@@ -74,7 +74,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         mass_interval=_middle(draws[:, :1])[0],
         centre_interval=_middle(centres),
         seen_by_joint=_seen_by_joint(load, parameters, free.sigma),
-        sigma=np.sqrt(((load.torque - load.predict(parameters)) ** 2).mean(axis=0)),
+        sigma=np.sqrt(((load.residual(parameters)) ** 2).mean(axis=0)),
         sigma_without_load=np.sqrt((load.torque**2).mean(axis=0)),
         arm_sigma=np.array(estimate.sigma),
         visible=bool(free.base[0] > t_quantile(free.blocks) * np.sqrt(covariance[0, 0])),
@@ -121,13 +121,13 @@ def _weighted(
 
     def weighted(weights: Array) -> tuple[Regressor, Regressor]:
         rows = weight_rows(whole, weights)
-        return rows, load_regressor(rows, rows.torque - rows.predict(model.theta))
+        return rows, load_regressor(rows, rows.residual(model.theta))
 
     _, known = weighted(known_rows(spread))
     base = all_independent(known.columns)
     first = solve_step(known, base, None, np.zeros(10)).x
     _, load = weighted(np.ones_like(spread))
-    residual = load.torque - load.predict(first)
+    residual = load.residual(first)
     return weighted(rest_weights(spread, dry_level(model), residual, whole.counted))
 
 

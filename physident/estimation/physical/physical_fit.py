@@ -122,7 +122,7 @@ def _torque_sizes(regressor: Regressor) -> Array:
 def _first_sigma(regressor: Regressor, base: BaseParameters, nominal: Array) -> Array:
     """Where the iteration over the noise starts: ordinary least squares, which alone overfits short data."""
     x = solve_step(regressor, base, None, base.values(nominal)).x
-    residual = regressor.torque - regressor.predict(expand(base, x))
+    residual = regressor.residual(expand(base, x))
     return np.maximum(joint_sigma(regressor, residual, 0.0), FIRST_NOISE * noise_floor(regressor))
 
 
@@ -154,7 +154,7 @@ def _settle(
         independent_share = 1.0 if memory is None else float(np.mean(1 / memory))
         answer = program.solve(data, weight / (independent_share * data.rows))
         theta = program.problem.coordinates.T @ answer.u
-        residual = regressor.torque - regressor.predict(theta)
+        residual = regressor.residual(theta)
         if settings.loss == "huber":
             found = middle_sigma(regressor, residual)
             rows = np.sqrt(huber_weights(residual / found, HUBER))
@@ -177,7 +177,7 @@ def _uncertainty(
 ) -> tuple[Array, int, InformationShares]:
     """Covariance (r, r) of the base parameters, the number of blocks behind it, and the shares of the information."""
     white = weight_rows(regressor, 1 / fit.sigma)
-    residual = white.torque - white.predict(program.problem.coordinates.T @ fit.answer.u)
+    residual = white.residual(program.problem.coordinates.T @ fit.answer.u)
     bend = HUBER if settings.loss == "huber" else np.inf
     inside = (np.abs(residual) <= bend).astype(float)
     curved = compress(weight_rows(white, inside), base) if settings.loss == "huber" else fit.data

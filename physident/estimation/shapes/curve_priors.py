@@ -45,7 +45,7 @@ def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) ->
     for _ in range(ROUNDS):
         rows = (memory * sigma**2)[joints] / sizes**2
         held = replace(regressor, prior=rows)
-        residual = regressor.torque - regressor.predict(quick_fit(robot, tuple(effects), held))
+        residual = regressor.residual(quick_fit(robot, tuple(effects), held))
         sigma, memory = np.sqrt((residual**2).mean(axis=0)), correlation_rows(regressor, residual)
     return replace(regressor, prior=(memory * sigma**2)[joints] / sizes**2)
 

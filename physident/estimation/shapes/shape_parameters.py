@@ -77,7 +77,7 @@ def settled_regressor(
     for _ in range(REFRESHES):
         after = quick_fit(robot, effects, regressor)
         change = regressor.predict(after) - regressor.predict(theta)
-        residual = regressor.torque - regressor.predict(after)
+        residual = regressor.residual(after)
         theta = after
         fresh = build_regressor(robot, dependent, signals, filter, model=Model(robot, effects, theta))
         regressor = regressor.with_columns(fresh, places)
