@@ -41,12 +41,16 @@ def without_effects(hypothesis: Hypothesis, dropped: Collection[int]) -> Hypothe
 
 
 def where_it_shows(hypothesis: Hypothesis, group: Collection[int]) -> Array:
-    """The share (n,) of what some accepted effects (their indices) change of the residual, all others refitted, that lies on each
-    joint, in units of the noise: a load that only the wrist feels is judged there, whatever the shoulder's friction leaves."""
-    rest = without_effects(hypothesis, group)
-    change = (rest.fit.residual - hypothesis.fit.residual) / hypothesis.fit.sigma
-    power = np.sum(change * change, axis=0)
-    return power / max(float(power.sum()), 1e-300)
+    """The share (n,) of what accepted effects (their indices) change of the residual, all others refitted, that lies on each joint, in
+    units of the noise: a load that only the wrist feels is judged there, whatever the shoulder's friction leaves. Of several effects,
+    each counts alike."""
+    shares = []
+    for one in group:
+        rest = without_effects(hypothesis, [one])
+        change = (rest.fit.residual - hypothesis.fit.residual) / hypothesis.fit.sigma
+        power = np.sum(change * change, axis=0)
+        shares.append(power / max(float(power.sum()), 1e-300))
+    return np.mean(shares, axis=0)
 
 
 def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty: Uncertainty) -> tuple[Finding, ...]:
