@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -20,6 +21,11 @@ SHARPEST = 1e-3  # rad/s: width of the sign of a state about which nothing else 
 SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SHARPEST})"  # ``smooth_sign`` in exported code
 PRESLIDING = 1e-5  # rad|m: below an encoder's step; ten times as much already looks like a delay of the torque
 ERF_WIDTH = np.sqrt(2 / np.pi)  # standard deviation of the velocity whose expected sign is as steep as tanh(v / 1)
+
+REMEMBERED = (
+    1 << 14
+)  # samples at most: a chunk, which many effects ask for the same signs and which is gone before the next one comes
+_remembered: WeakKeyDictionary[Signals, dict[tuple[int, float], tuple[Array, Array]]] = WeakKeyDictionary()
 
 
 def smooth_sign(v: Array, width: Array | float = SHARPEST) -> Array:
@@ -48,10 +54,18 @@ def _signs(signals: Signals, joints: Sequence[int], width: Array | None) -> tupl
     if signals.velocity_std is None:
         sign = smooth_sign(signals.v.T[index], width[:, None])
         return sign, np.zeros_like(sign)
-    std = np.hypot(signals.velocity_std[index], ERF_WIDTH * width)
-    half = signals.a.T[index] / (2 * signals.rate)
-    rests = None if signals.rests is None else [signals.rests[j] for j in index]
-    return velocity_sign(signals.v.T[index], half, std, rests)
+    known = _remembered.setdefault(signals, {}) if len(signals.time) <= REMEMBERED else {}
+    keys = list(zip(index, width.tolist(), strict=True))
+    new = [key for key in dict.fromkeys(keys) if key not in known]
+    if new:
+        joints, widths = [j for j, _ in new], np.array([w for _, w in new])
+        std = np.hypot(signals.velocity_std[joints], ERF_WIDTH * widths)
+        half = signals.a.T[joints] / (2 * signals.rate)
+        rests = None if signals.rests is None else [signals.rests[j] for j in joints]
+        known.update(zip(new, zip(*velocity_sign(signals.v.T[joints], half, std, rests), strict=True), strict=True))
+    shape = len(keys), len(signals.time)
+    sign, spread = (np.array([known[key][part] for key in keys]).reshape(shape) for part in (0, 1))
+    return sign, spread
 
 
 @dataclass(frozen=True)
