@@ -31,6 +31,7 @@ FLOORS = (
     "dynamics.vectorised",
     "dynamics.rigid_body_regressor",
     "dynamics.inverse_dynamics",
+    "dynamics.dry_sign",
     "effects",
     "dynamics",
     "identifiability",

@@ -8,9 +8,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from physident.dynamics.dry_sign import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.effects.classification import Family, ShapeParameter, Variable
 from physident.effects.effect import Array, Column, Effect
-from physident.effects.friction import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

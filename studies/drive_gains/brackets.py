@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.effects.friction import smooth_sign
+from physident.dynamics.dry_sign import smooth_sign
 
 MOVEMENTS = ("move4_fast", "move5", "move6", "move7", "move8", "move9")
 GAIN_SETS = {"controller": (10.7, 10.7, 10.7, 10.2, 10.2, 10.2), "fitted by hand": (7.5, 6.8, 7.1, 2.8, 3.2, 3.4)}

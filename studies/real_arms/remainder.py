@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import physident as pid
-from physident.effects.friction import smooth_sign
+from physident.dynamics.dry_sign import smooth_sign
 from physident.validation.predictions import predict
 
 Array = NDArray[np.float64]

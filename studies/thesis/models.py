@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from physident.effects.friction import SHARPEST
+from physident.dynamics.dry_sign import SHARPEST
 from studies.thesis import ours
 from studies.thesis.halves import HALVES
 from studies.thesis.published import COULOMB

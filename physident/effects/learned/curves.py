@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.dry_sign import SHARPEST, sign_of_velocity
 from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
-from physident.effects.friction import SHARPEST, sign_of_velocity
 from physident.effects.learned.curve import LearnedCurve
 from physident.effects.thermal import NOTICEABLE_WARMING
 from physident.errors import InputError

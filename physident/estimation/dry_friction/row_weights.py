@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.dry_sign import sign_spread
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect
-from physident.effects.friction import sign_spread
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
 from physident.large_arrays import blocks, computed
