@@ -43,7 +43,7 @@ class Baseline:
         r = len(independent)
         theta = np.zeros(R.shape[1])
         theta[independent] = solve_triangular(factor[:r, :r], factor[:r, r])
-        residual = (regressor.residual(theta)) * weights
+        residual = regressor.residual(theta) * weights
         return Baseline(regressor, independent, weights, factor[:r, :r], residual)
 
     def project(self, candidate: Regressor) -> Projection:

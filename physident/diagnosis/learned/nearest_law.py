@@ -47,7 +47,8 @@ def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
     others = [one for one in hypothesis.accepted if one is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
     laws, said = laws_of_joint(rest, accepted.candidate.joints), "no effect of the catalogue has this shape"
-    for share, law in sorted(zip(shares_of_curve(rest, accepted.candidate, laws), laws, strict=True), key=_share):
+    shares = shares_of_curve(rest, accepted.candidate, laws)
+    for share, law in sorted(zip(shares, laws, strict=True), key=lambda pair: -pair[0]):
         if share < LEAST:
             break
         if contradiction(rest, law) is not None:
@@ -56,8 +57,3 @@ def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
             return f"{law.name} takes as much of it."
         return f"{said}; nearest: {law.name}, {100 * min(float(share), 1.0):.0f} % of it."
     return f"{said}, and none takes {100 * LEAST:.0f} % of it."
-
-
-def _share(pair: tuple[float, Candidate]) -> float:
-    """The key that sorts laws from the largest share on."""
-    return -pair[0]
