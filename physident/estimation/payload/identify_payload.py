@@ -74,7 +74,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         mass_interval=_middle(draws[:, :1])[0],
         centre_interval=_middle(centres),
         seen_by_joint=_seen_by_joint(load, parameters, free.sigma),
-        sigma=np.sqrt(((load.residual(parameters)) ** 2).mean(axis=0)),
+        sigma=np.sqrt((load.residual(parameters) ** 2).mean(axis=0)),
         sigma_without_load=np.sqrt((load.torque**2).mean(axis=0)),
         arm_sigma=np.array(estimate.sigma),
         visible=bool(free.base[0] > t_quantile(free.blocks) * np.sqrt(covariance[0, 0])),

@@ -33,7 +33,7 @@ def choose_prior_weight(
         for train, test in data:
             answer = program.solve(train, weight / (independent_share * train.rows))
             theta = program.problem.coordinates.T @ answer.u
-            error += float(((test.residual(theta)) ** 2).sum())
+            error += float((test.residual(theta) ** 2).sum())
         errors.append(error)
     return WEIGHTS[int(np.argmin(errors))]
 
