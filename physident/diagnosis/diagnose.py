@@ -9,6 +9,7 @@ import numpy as np
 
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import alike_before, control_recordings
@@ -124,6 +125,7 @@ def diagnose_motion(
     if estimate and control and before is None:
         complete = complete_model(estimate, control, with_torque, seed, progress)
         model = estimate = complete.estimate
+        model = estimate = as_recordings_agree(estimate, prepare_all(given.robot, control, used_filter))
     problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
     found = learn_curves(search_effects(problem, progress), progress)
     problem = found.last.hypothesis.problem

@@ -92,7 +92,19 @@ def parameter_freedom(
 
 
 def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:
-    """A root (r, R) of the base parameters' covariance, and the names of those that were never identified.
+    """A root (r, R) of the base parameters' covariance, and the names of those that were never identified."""
+    base = estimate.base
+    decided = _shares(estimate) >= BY_PRIOR
+    covariance = known_covariance(estimate, regressor)
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    kept = values > 1e-9 * values[-1]
+    names = tuple(base.columns[base.independent[i]].name for i in np.flatnonzero(~decided))
+    return size[:, None] * vectors[:, kept] * np.sqrt(values[kept]), names
+
+
+def known_covariance(estimate: Estimate, regressor: Regressor) -> Array:
+    """The covariance (r, r) of the base parameters, zero of those that were never identified.
 
     A covariance from G blocks has rank G and no more: it is mixed with the inverse of the fitted rows' information, as if that
     were r blocks of prior knowledge; else r - G directions would be known exactly. Of a model that does not know the
@@ -109,10 +121,10 @@ def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, .
         information = information_in(own, base, estimate.sigma, estimate.effective_samples)
     share = base.r / (base.r + estimate.blocks)
     covariance = (1 - share) * estimate.covariance + share * pseudo_inverse(information)
-    decided = np.array(estimate.base_shares or np.ones(base.r)) >= BY_PRIOR
-    covariance = covariance * np.outer(decided, decided)
-    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
-    kept = values > 1e-9 * values[-1]
-    names = tuple(base.columns[base.independent[i]].name for i in np.flatnonzero(~decided))
-    return size[:, None] * vectors[:, kept] * np.sqrt(values[kept]), names
+    decided = _shares(estimate) >= BY_PRIOR
+    return covariance * np.outer(decided, decided)
+
+
+def _shares(estimate: Estimate) -> Array:
+    """How much (r,) of each base parameter the data decided, all of it where the estimate does not say."""
+    return np.array(estimate.base_shares or np.ones(estimate.base.r))

@@ -1,0 +1,105 @@
+"""How well the recordings of a model agree on its parameters: a covariance that they contradict is too small.
+
+What a model lacks moves its parameters from one motion to the next by more than noise does. A diagnosis that trusts them more than
+the model's own recordings trust each other takes every new motion for a change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.problem.question import known_covariance
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.estimation.dry_friction.row_weights import row_weights
+from physident.estimation.estimate import Estimate
+from physident.estimation.weighting import base_rows, information_in, weight_rows
+from physident.large_arrays import steps
+from physident.recordings.signals import Signals
+
+Array = NDArray[np.float64]
+DECIDED = 1e-9  # of the best known direction: what a recording says less about, it says nothing about
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Of a recording: for each joint the normal matrix (n, r, r) and right side (n, r) of the base parameters' deviation from the
+    estimate, in units of the noise."""
+
+    normal: Array
+    push: Array
+
+
+def as_recordings_agree(estimate: Estimate, own: Sequence[Signals]) -> Estimate:
+    """The estimate with its covariance as large as the scatter between its ``own`` recordings asks for, never smaller.
+
+    Each recording is held against the parameters that the others give, joint by joint: what the rows of a joint add to the covariance
+    grows by the square of how much more than expected this joint's rows disagree. Two recordings or more are needed; of one, the
+    estimate stays as it is. Source: the ratio of R. T. Birge, "The calculation of errors by the method of least squares" (1932).
+    """
+    if len(own) < 2:
+        return estimate
+    model = estimate.model
+    rows = build_regressor(model.robot, model.effects, own, estimate.filter, model=model)
+    rows = weight_rows(rows, row_weights(model.robot, model.effects, rows, own, estimate.filter))
+    if estimate.information is None:
+        estimate = replace(
+            estimate, information=information_in(rows, estimate.base, estimate.sigma, estimate.effective_samples)
+        )
+    each, covariance = _equations(rows, estimate), known_covariance(estimate, rows)
+    by_joint = np.sum([one.normal for one in each], axis=0)
+    whole = by_joint.sum(axis=0) + _prior(rows, estimate)
+    inverse = pseudo_inverse(whole)
+    for normal, ratio in zip(by_joint, _ratios(each, whole), strict=True):
+        covariance = covariance + max(0.0, ratio - 1) * inverse @ normal @ inverse
+    return replace(estimate, covariance=covariance, information=pseudo_inverse(covariance))
+
+
+def _equations(rows: Regressor, estimate: Estimate) -> list[_Equations]:
+    left, r, n = rows.residual(estimate.theta), estimate.base.r, len(estimate.sigma)
+    weights = np.sqrt(estimate.effective_samples / len(left)) / np.maximum(estimate.sigma, 1e-300)
+    found = []
+    for recording in np.unique(rows.recording):
+        normal, push = np.zeros((n, r, r)), np.zeros((n, r))
+        mine = np.flatnonzero(rows.recording == recording)
+        for some in steps(len(mine)):
+            A = base_rows(rows, estimate.base, mine[some]) * weights[:, None]
+            normal += np.einsum("mjr,mjs->jrs", A, A, optimize=True)
+            push += np.einsum("mjr,mj->jr", A, left[mine[some]] * weights)
+        found.append(_Equations(normal, push))
+    return found
+
+
+def _prior(rows: Regressor, estimate: Estimate) -> Array:
+    """The information (r, r) of the model's prior, such as that of a curve's smoothness."""
+    if rows.prior is None:
+        return np.zeros((estimate.base.r, estimate.base.r))
+    noise = np.maximum(estimate.sigma[[column.joint - 1 for column in rows.columns]], 1e-300)
+    return np.diag((rows.prior / noise**2)[estimate.base.independent])
+
+
+def _ratios(each: Sequence[_Equations], whole: Array) -> list[float]:
+    """The Birge ratio of each joint: how much larger the squares of its deviations from the other recordings are than noise makes them.
+
+    Each direction of the parameters is counted by how much of its deviation is the other recordings' error.
+    """
+    slope = np.sum([one.push for one in each], axis=(0, 1))
+    squares, count = np.zeros(len(each[0].push)), np.zeros(len(each[0].push))
+    for one in each:
+        inverse = pseudo_inverse(whole - one.normal.sum(axis=0))
+        others = inverse @ (slope - one.push.sum(axis=0))
+        values, vectors = np.linalg.eigh(inverse)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        for j, (normal, push) in enumerate(zip(one.normal, one.push, strict=True)):
+            known, directions = np.linalg.eigh(root.T @ normal @ root)
+            seen = known > DECIDED * max(known[-1], 1e-300)
+            size = known[seen]  # the variance of what the others say, in units of this recording's noise
+            trust = size / (1 + size)
+            deviation = (root.T @ (push - normal @ others)) @ directions[:, seen]
+            squares[j] += np.sum(trust * deviation**2 / (size * (1 + size)))
+            count[j] += np.sum(trust)
+    return (squares / np.maximum(count, 1e-300)).tolist()
