@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import physident as pid
 from physident.diagnosis.grading.agreement import as_recordings_agree
+from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.problem.question import known_covariance
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.identify import prepare_all
+from tests.test_diagnosis_completed import stored
 
 WANDERING = 2  # the joint, from 1, whose dry friction is another one in each recording
 STEPS = (2.0, -1.0, -2.0, 1.0)  # N m
@@ -58,6 +62,27 @@ def test_other_joints_are_known_as_well_as_before(trusted: tuple[dict[str, float
     for joint in (4, 5, 6):
         name = f"viscous_friction_{joint}"
         assert after[name] < 1.5 * before[name]
+
+
+def test_what_is_different_is_asked_with_these_errors(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = [
+        stored(_with_friction(run, step), tmp_path / f"{step}.csv")
+        for run, step in zip(healthy_runs, STEPS, strict=False)
+    ][:2]
+    asked: list[pid.Estimate] = []
+
+    def state(question: str, given: pid.Estimate, *more: Any) -> Any:
+        if question == "different":
+            asked.append(given)
+        return state_problem(question, given, *more)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr("physident.diagnosis.diagnose.state_problem", state)
+    estimate = pid.identify(ur5, before)
+    pid.diagnose(estimate, healthy_runs[2:3])
+    name = f"coulomb_friction_{WANDERING}"
+    assert errors(asked[0], before)[name] > 1.5 * errors(estimate, before)[name]
 
 
 def _with_friction(run: pid.Recording, by: float) -> pid.Recording:
