@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.question import known_covariance
+from physident.diagnosis.problem.search_data import rows_of
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
-from physident.estimation.weighting import base_rows, information_in, weight_rows
-from physident.large_arrays import steps
+from physident.estimation.weighting import SMALLEST, information_in, weight_rows
+from physident.large_arrays import blocks
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -61,15 +62,21 @@ def as_recordings_agree(estimate: Estimate, own: Sequence[Signals]) -> Estimate:
 
 def _equations(rows: Regressor, estimate: Estimate) -> list[_Equations]:
     left, r, n = rows.residual(estimate.theta), estimate.base.r, len(estimate.sigma)
-    weights = np.sqrt(estimate.effective_samples / len(left)) / np.maximum(estimate.sigma, 1e-300)
+    trust = estimate.effective_samples / len(left) / np.maximum(estimate.sigma, SMALLEST) ** 2
+    place = np.full(len(rows.columns), -1)
+    place[estimate.base.independent] = np.arange(r)
     found = []
     for recording in np.unique(rows.recording):
+        mine = rows_of(rows.recording, int(recording))
         normal, push = np.zeros((n, r, r)), np.zeros((n, r))
-        mine = np.flatnonzero(rows.recording == recording)
-        for some in steps(len(mine)):
-            A = base_rows(rows, estimate.base, mine[some]) * weights[:, None]
-            normal += np.einsum("mjr,mjs->jrs", A, A, optimize=True)
-            push += np.einsum("mjr,mj->jr", A, left[mine[some]] * weights)
+        for j, joint in enumerate(rows.joints):
+            chosen = place[joint.columns] >= 0
+            at = place[joint.columns[chosen]]
+            for some in blocks(mine.stop - mine.start):
+                here = slice(mine.start + some.start, mine.start + some.stop)
+                Y = joint.some(here)[:, chosen]
+                normal[j][np.ix_(at, at)] += trust[j] * (Y.T @ Y)
+                push[j, at] += trust[j] * (Y.T @ left[here, j])
         found.append(_Equations(normal, push))
     return found
 
@@ -78,7 +85,7 @@ def _prior(rows: Regressor, estimate: Estimate) -> Array:
     """The information (r, r) of the model's prior, such as that of a curve's smoothness."""
     if rows.prior is None:
         return np.zeros((estimate.base.r, estimate.base.r))
-    noise = np.maximum(estimate.sigma[[column.joint - 1 for column in rows.columns]], 1e-300)
+    noise = np.maximum(estimate.sigma[[column.joint - 1 for column in rows.columns]], SMALLEST)
     return np.diag((rows.prior / noise**2)[estimate.base.independent])
 
 
