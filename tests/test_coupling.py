@@ -1,4 +1,5 @@
-"""Coupled friction acts on both joints of a pair alike; torque that leaks from one channel into another does not."""
+"""Coupled friction acts on both joints of a pair alike, and a gain on what a joint's own channel shows; torque that leaks from one channel
+into another does neither."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.problem.problem import state_problem
-from physident.diagnosis.search.acceptance import holds_on_each_joint
+from physident.diagnosis.search.acceptance import holds_against_leaks
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Sensors, hide, multisine, record
@@ -36,11 +37,28 @@ def coupled() -> Arm:
     return hide(dry(), "coupled_friction", PAIR, 0.8 * float(Arm().friction.coulomb[5]))
 
 
+def scaled() -> Arm:
+    return hide(dry(), "torque_constant", (PAIR[1],), 0.3)
+
+
 @pytest.mark.parametrize(
-    ("arm", "change", "holds"), [(coupled(), lambda one: one, True), (dry(), leaking, False)], ids=("gears", "channels")
+    ("name", "joints", "arm", "change", "holds"),
+    [
+        ("coupled_friction", PAIR, coupled(), lambda one: one, True),
+        ("coupled_friction", PAIR, dry(), leaking, False),
+        ("torque_constant", PAIR[1:], scaled(), lambda one: one, True),
+        ("torque_constant", PAIR[1:], dry(), leaking, False),
+    ],
+    ids=("gears", "gears or channels", "gain", "gain or channels"),
 )
-def test_what_couples_two_joints_acts_on_both_alike(
-    tmp_path: Path, ur5: pid.Robot, arm: Arm, change: Callable[[pid.Recording], pid.Recording], holds: bool
+def test_torque_that_leaks_is_no_coupling_and_no_gain(
+    tmp_path: Path,
+    ur5: pid.Robot,
+    name: str,
+    joints: tuple[int, ...],
+    arm: Arm,
+    change: Callable[[pid.Recording], pid.Recording],
+    holds: bool,
 ) -> None:
     for seed in SEEDS:
         record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(tmp_path / f"{seed}.csv")
@@ -48,5 +66,5 @@ def test_what_couples_two_joints_acts_on_both_alike(
     estimate = pid.identify(ur5, recordings)
     problem = state_problem("missing", estimate, prepare_all(ur5, recordings, estimate.filter), estimate.filter, 0)
     hypothesis = settled_hypothesis(problem, ())
-    (candidate,) = (c for c in hypothesis.data.candidates if (c.name, c.joints) == ("coupled_friction", PAIR))
-    assert holds_on_each_joint(hypothesis, candidate) is holds
+    (candidate,) = (c for c in hypothesis.data.candidates if (c.name, c.joints) == (name, joints))
+    assert holds_against_leaks(hypothesis, candidate) is holds

@@ -41,6 +41,24 @@ class TorqueConstant(Effect):
 
 
 @dataclass(frozen=True)
+class LeakingChannels(TorqueConstant):
+    """tau_j = tau_m_j + sum_i k_ji tau_m_i: a channel shows a share of every joint's torque, its own among them.
+
+    It is no effect of the catalogue, but what a torque constant is held against: that scales what a joint's own channel shows.
+    """
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return tuple(
+            Column(f"{self.name}_{j + 1}_of_{i + 1}", self.unit, j + 1, self.name)
+            for j in self.active(robot)
+            for i in range(robot.n)
+        )
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return np.tile(signals.from_model("motor").T, (len(self.active(robot)), 1))
+
+
+@dataclass(frozen=True)
 class TorqueOffset(Effect):
     """tau_j = c_j: a constant offset of the measured torque of a joint, in N m.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -20,6 +21,7 @@ from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
+from physident.effects.measurement import LeakingChannels, TorqueConstant
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -118,29 +120,40 @@ def _is_smaller(candidate: Candidate, family: Family, size: int) -> bool:
 
 
 def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a candidate's gain is of use, it holds on each of its joints, and the extended arm is physically possible."""
+    """Whether a candidate's gain is of use, it is no leak between channels, and the extended arm is physically possible."""
     return (
         is_useful(hypothesis, candidate)
-        and holds_on_each_joint(hypothesis, candidate)
+        and holds_against_leaks(hypothesis, candidate)
         and contradiction(hypothesis, candidate) is None
     )
 
 
-def holds_on_each_joint(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether what couples two joints acts on both alike: with values of its own on each joint, it predicts left-out rows no better
-    beyond the scatter over blocks, or by less than is worth naming. Friction that leaks from one torque channel into another does not."""
-    if effect_scope(candidate.name) is not Scope.NEIGHBOURS:
-        return True
+def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether what couples two joints acts on both alike, and what scales a joint's torque scales what its own channel shows: torque that
+    leaks from one channel into another predicts left-out rows no better beyond the scatter over blocks, or by less than is worth naming."""
     alike = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
-    apart = alike.joint_by_joint()
+    leaking = _with_leaks(hypothesis, candidate, alike)
+    if leaking is None:
+        return True
     weights = hypothesis.fit.weights**2
     law, free = (
         weights * hypothesis.left_out_fits.squares_of_blocks(columns, np.zeros(columns.count))
-        for columns in (alike, apart)
+        for columns in (alike, leaking)
     )
     gain = (law - free).sum(axis=1)
     worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
     return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
+
+
+def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) -> Columns | None:
+    """The columns of leaking channels that a candidate may be mistaken for: with values of its own on each joint for what couples two
+    of them, with a share of every joint's torque for a gain; None for any other candidate."""
+    if effect_scope(candidate.name) is Scope.NEIGHBOURS:
+        return alike.joint_by_joint()
+    effect = candidate.options[0].effect
+    if isinstance(effect, TorqueConstant):
+        return hypothesis.problem.fresh_columns(LeakingChannels(effect.joints), hypothesis.model)
+    return None
 
 
 def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
