@@ -18,7 +18,7 @@ from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.result.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
-from physident.diagnosis.search.candidate_scores import score_candidates, surrogate_pieces
+from physident.diagnosis.search.candidate_scores import over_surrogates, score_candidates
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
@@ -179,7 +179,7 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
     judge = Judge(data, now.baseline, now.fit, now.products)
     gains = judge.gains()
     stable = gains.evidence_without_best_fold
-    drawn = [judge.gains(judge.products_with(part)).evidence_without_best_fold for part in surrogate_pieces(now)]
+    drawn = over_surrogates(now, lambda some: judge.gains(judge.products_with(some)).evidence_without_best_fold)
     level = max(threshold, effect_threshold(np.concatenate(drawn, axis=1), gains.visible))
     for index in np.argsort(-gains.evidence[:, 0]):
         candidate = every[int(index)]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,10 @@ from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, l
 from physident.diagnosis.statistics.surrogates import phase_randomised
 from physident.identifiability.visibility import VISIBLE
 from physident.large_arrays import blocks, steps
+from physident.processes import mapped
 
 Array = NDArray[np.float64]
+R = TypeVar("R")
 AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
 FEWEST = 24  # surrogates at least: the rows are read once for each such group
 
@@ -67,13 +70,13 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     own = judge.gains()
     visible = _visible(hypothesis, own)
     contact = scan_contacts(hypothesis, data.response[:, :, None], products.By[..., None])
-    chance, pushes, weaker = [], [], []
-    for responses in surrogate_pieces(hypothesis):
+
+    def scored(responses: Array) -> tuple[Array, Array, Array]:
         drawn = judge.products_with(responses)
-        chance.append(judge.gains(drawn).evidence_without_best_fold)
         scan = scan_contacts(hypothesis, responses, drawn.By)
-        pushes.append(scan.evidence)
-        weaker.append(scan.evidence_without_best_joint)
+        return judge.gains(drawn).evidence_without_best_fold, scan.evidence, scan.evidence_without_best_joint
+
+    chance, pushes, weaker = zip(*over_surrogates(hypothesis, scored), strict=True)
     return CandidateScores(
         hypothesis=hypothesis,
         gain=own.evidence[:, 0],
@@ -95,27 +98,27 @@ def _visible(hypothesis: Hypothesis, scores: LeftOutGains) -> Array:
 
 def surrogate_responses(hypothesis: Hypothesis) -> Array:
     """Responses (M, n, S) without any effect: noise like the residual, and parameters as uncertain as the model's are."""
-    return np.concatenate(list(surrogate_pieces(hypothesis)), axis=2)
+    return np.concatenate(over_surrogates(hypothesis, lambda responses: responses), axis=2)
 
 
-def surrogate_pieces(hypothesis: Hypothesis) -> Iterator[Array]:
-    """The same responses (M, n, s), as many at a time as fit into the memory that a search may take."""
+def over_surrogates(hypothesis: Hypothesis, function: Callable[[Array], R]) -> list[R]:
+    """What a function makes of the same responses (M, n, s), as many at a time as fit into the memory that a search may take, on all
+    processors."""
     problem, now = hypothesis.problem, hypothesis.fit
     known = np.flatnonzero(problem.freedom.prior > 0)
     rng = np.random.default_rng([problem.seed, 11])
     x = np.zeros((len(hypothesis.baseline.prior), SURROGATES))
     if len(known):
         x[known] = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
-    residual, segment, counted = (
-        now.residual / now.deflation,
-        hypothesis.data.regressor.segment,
-        hypothesis.data.regressor.counted,
-    )
+    residual, regressor = now.residual / now.deflation, hypothesis.data.regressor
     count = min(SURROGATES, max(FEWEST, AT_ONCE // residual.nbytes))
-    for some in blocks(SURROGATES, math.ceil(SURROGATES / math.ceil(SURROGATES / count))):
-        noise = phase_randomised(residual, segment, SURROGATES, problem.seed, some)
+
+    def of_some(some: slice) -> R:
+        noise = phase_randomised(residual, regressor.segment, SURROGATES, problem.seed, some)
         for rows in steps(len(noise)):
             if len(known):
                 noise[rows] += hypothesis.baseline.some_torque(rows, x[:, some])
-            noise[rows] *= counted[rows][:, :, None]
-        yield noise
+            noise[rows] *= regressor.counted[rows][:, :, None]
+        return function(noise)
+
+    return mapped(of_some, list(blocks(SURROGATES, math.ceil(SURROGATES / math.ceil(SURROGATES / count)))))
