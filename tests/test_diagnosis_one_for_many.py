@@ -140,3 +140,18 @@ def finding(effect: str, grade: Grade) -> Finding:
         evidence=1.0,
         grade=grade,
     )
+
+
+def test_nothing_is_accepted_after_a_placebo(rubbing: Hypothesis) -> None:
+    """Where what cannot be a cause explains most, what explains less proves nothing."""
+    scores = score_candidates(rubbing)
+    assert choose_candidate(scores) is not None
+    placebo = next(k for k, c in enumerate(scores.hypothesis.data.candidates) if c.placebo)
+    at = np.arange(len(scores.gain)) == placebo
+    better = replace(
+        scores,
+        gain=np.where(at, 2 * scores.gain.max(), scores.gain),
+        evidence_without_best_fold=np.where(at, 2 * scores.threshold, scores.evidence_without_best_fold),
+        visible_share=np.where(at, 1.0, scores.visible_share),
+    )
+    assert choose_candidate(better) is None

@@ -57,6 +57,24 @@ def checks(last: CandidateScores) -> list[RivalCheck]:
     return [RivalCheck(one, 10.0, ()) for one in last.hypothesis.accepted]
 
 
+def test_what_chance_brings_in_seldom_passes() -> None:
+    """Theorem 1 of Shah and Samworth: of effects that a search finds with probability p, p / (2 STABLE - 1) times as many pass. Of what chance
+    brings in once in a hundred searches, that shall be one in twenty at most."""
+    assert 0.01 / (2 * STABLE - 1) <= 0.05 + 1e-12
+
+
+def test_a_half_finds_what_is_there_and_little_else(last: CandidateScores) -> None:
+    state = last.hypothesis
+    stored = store_products(state)
+    found = [
+        half_search.search_half(stored, range(k, stored.units, 2), state, stability.HALF * last.threshold)
+        for k in range(2)
+    ]
+    for keys in found:
+        assert keys >= set(TRUE)
+        assert len(keys - set(TRUE)) <= 1
+
+
 def test_stored_products_are_those_of_the_rows_and_no_row_is_in_two_units(last: CandidateScores) -> None:
     state = last.hypothesis
     stored = store_products(state)
