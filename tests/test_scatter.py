@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from physident.diagnosis.grading import control
 from physident.diagnosis.grading.scatter import block_variances, scatter_between
 
 ROWS = 120  # of a recording
@@ -59,3 +61,31 @@ def test_long_waves_are_seen_in_long_blocks() -> None:
         longest.append(max(variance for variance, _ in of_lengths))
     assert np.mean(short) < 0.05 * np.mean(true)
     assert 0.5 * np.mean(true) < np.mean(longest) < 2 * np.mean(true)
+
+
+@pytest.mark.parametrize(
+    ("noise", "usual", "changed"),
+    [
+        ((0.02,), (0.0,), (False,)),  # noise does it once in fifty times
+        ((0.002,), (0.0,), (True,)),
+        ((0.002,), (0.1,), (False,)),  # healthy recordings differ so once in ten times
+        (
+            (0.006, 0.004),
+            (0.0, 0.0),
+            (False, True),
+        ),  # of two, each must be twice as certain; the less certain one is dropped
+        ((0.004, 0.003), (0.0, 0.0), (True, True)),
+    ],
+)
+def test_a_change_is_what_neither_noise_nor_a_healthy_arm_makes(
+    monkeypatch: pytest.MonkeyPatch, noise: tuple[float, ...], usual: tuple[float, ...], changed: tuple[bool, ...]
+) -> None:
+    chances = dict(enumerate(zip(noise, usual, strict=True)))
+    fit = SimpleNamespace(chances=lambda left: [chances[k] for k in left])
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: fit)
+    places = [np.array([k]) for k in range(len(noise))]
+    state: Any = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(len(noise)))),
+        extension=SimpleNamespace(places=places),
+    )
+    assert control.changed_since(state, (), range(len(noise))) == changed
