@@ -12,6 +12,7 @@ from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.rest import rest_rows
 from physident.estimation.dry_friction.row_weights import dry_level, rest_weights, spread_rows
+from physident.estimation.uncertainty import correlation_rows
 from physident.recordings.rests import Rests
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import simulate
@@ -35,10 +36,10 @@ def turntable(tmp_path_factory: pytest.TempPathFactory) -> pid.Model:
     return replace(model, theta=np.append(model.theta[:-1], FRICTION))
 
 
-def pausing(torque: Array | None = None) -> pid.Signals:
-    """Out for 4 s, at rest for 4 s, back for 4 s, with the torque of friction alone or another one at rest."""
-    time = np.arange(round(12 * RATE)) / RATE
-    speed = np.where(time < 4, 0.5, np.where(time < 8, 0.0, -0.5))
+def pausing(torque: Array | None = None, rest: float = 4.0) -> pid.Signals:
+    """Out for 4 s, at ``rest`` [s], back for 4 s, with the torque of friction alone or another one at rest."""
+    time = np.arange(round((8 + rest) * RATE)) / RATE
+    speed = np.where(time < 4, 0.5, np.where(time < 4 + rest, 0.0, -0.5))
     resting = speed == 0
     stop = np.array([np.flatnonzero(resting)[-1] + 1])
     rests = Rests(start=np.array([np.argmax(resting)]), stop=stop, before=np.array([0.5]), after=np.array([-0.5]))
@@ -57,14 +58,38 @@ def test_rows_far_from_a_rest_count_fully_and_rows_at_rest_hardly(turntable: pid
     rows = pid.build_regressor(turntable.robot, turntable.effects, [signals], filter)
     noise = 0.05 * np.random.default_rng(0).normal(size=rows.torque.shape)
     assert dry_level(turntable) == pytest.approx(FRICTION)
-    weights = rest_weights(spread, dry_level(turntable), noise, rows.counted)
+    unpredicted = noise + FRICTION * spread  # at rest it errs by what the friction may be
+    weights = rest_weights(spread, dry_level(turntable), unpredicted, rows)
     far = (np.abs(rows.time - 6.0) > 2.6)[:, None]  # the filter reaches half a second
     np.testing.assert_allclose(weights[far], 1.0, atol=1e-6)
-    # in the middle of a rest the sign is anywhere between -1 and 1: its standard deviation is that of a uniform number
+    # in the middle of a rest the sign is anywhere between -1 and 1: its standard deviation is that of a uniform number, which all
+    # independent samples of the rest have in common
     middle = int(np.argmin(np.abs(rows.time - 6.0)))
-    expected = 1 / np.hypot(1, FRICTION / np.sqrt(3) / 0.05)
+    samples = float((spread > 0.03).sum() / correlation_rows(rows, noise * (spread < 0.03))[0])
+    expected = 1 / np.hypot(1, np.sqrt(samples / 3) * FRICTION / 0.05)
     assert weights[middle, 0] == pytest.approx(expected, rel=0.15)
-    assert rest_weights(spread, np.zeros(1), noise, rows.counted) == pytest.approx(np.ones_like(noise))
+    assert rest_weights(spread, np.zeros(1), noise, rows) == pytest.approx(np.ones_like(noise))
+
+
+def test_a_long_rest_says_no_more_of_friction_than_a_short_one(turntable: pid.Model) -> None:
+    worth = []
+    for rest in (2.0, 8.0):
+        filter, signals = pid.Filter(), pausing(rest=rest)
+        spread = spread_rows(turntable.robot, turntable.effects, [signals], filter)
+        rows = pid.build_regressor(turntable.robot, turntable.effects, [signals], filter)
+        noise = 0.05 * np.random.default_rng(0).normal(size=rows.torque.shape)
+        weights = rest_weights(spread, dry_level(turntable), noise + FRICTION * spread, rows)
+        worth.append(float((weights[spread[:, 0] > 0.5] ** 2).sum()))
+    assert worth[1] == pytest.approx(worth[0], rel=0.3)  # as independent samples, four times as much
+
+
+def test_rests_that_a_model_predicts_count_fully(turntable: pid.Model) -> None:
+    filter, signals = pid.Filter(), pausing()
+    spread = spread_rows(turntable.robot, turntable.effects, [signals], filter)
+    rows = pid.build_regressor(turntable.robot, turntable.effects, [signals], filter)
+    noise = 1e-3 * np.random.default_rng(0).normal(size=rows.torque.shape)
+    weights = rest_weights(spread, dry_level(turntable), noise, rows)
+    assert weights[spread[:, 0] > 0.5].min() > 0.5  # of a model that does not, 0.004
 
 
 def test_friction_at_rest_takes_its_best_value_in_a_score(turntable: pid.Model) -> None:

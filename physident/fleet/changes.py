@@ -68,7 +68,7 @@ def changes_in(baseline: Estimate, recording: Recording) -> list[Change]:
     effects = watched_effects(model)
     watched = build_regressor(robot, effects, signals, filter, model=model)
     residual = arm.residual(model.theta) * watched.counted
-    weights = rest_weights(spread_rows(robot, model.effects, signals, filter), dry_level(model), residual, arm.counted)
+    weights = rest_weights(spread_rows(robot, model.effects, signals, filter), dry_level(model), residual, arm)
     sigma = np.maximum(joint_sigma(arm, residual * weights, 0.0), np.array(baseline.sigma))
     rows = weight_rows(watched, weights / sigma * watched.counted)
     response = residual * weights / sigma

@@ -228,7 +228,7 @@ def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array
     known = known_rows(spread)
     plain = replace(problem, weights=known, regressor=weight_rows(problem.regressor, known), evaluated={}, by_model=[])
     left = _left_by_all(plain, model)
-    weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor.counted))
+    weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor))
     return weighted, _left_by_all(weighted, model)
 
 

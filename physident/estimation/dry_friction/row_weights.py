@@ -14,6 +14,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.effect import Effect
 from physident.estimation.quick_fit import quick_fit
+from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
 from physident.large_arrays import blocks, computed
 from physident.recordings.signals import Filter, Signals
@@ -50,22 +51,68 @@ def dry_level(model: Model) -> Array:
     return np.maximum(level, 0.0)
 
 
-def rest_weights(spread: Array, level: Array, residual: Array, counted: NDArray[np.bool_]) -> Array:
-    """Weights (M, n) of rows, at most one: those of the noise's variance in its sum with the dry friction's.
+def rest_weights(spread: Array, level: Array, residual: Array, regressor: Regressor) -> Array:
+    """Weights (M, n) of a regressor's rows, at most one: those of the noise's variance in its sum with the dry friction's.
 
     ``spread`` (M, n) is that of ``spread_rows``, ``level`` (n,) [N m|N] the dry friction, ``residual`` (M, n) [N m|N] what
-    a model leaves, whose size apart from dry friction is taken from the rows themselves.
+    a model leaves, whose size apart from dry friction is taken from the rows themselves. The friction that a row does not know is
+    the same in its whole rest, which therefore counts as one sample of it, however long it lasts. A model that predicts rests
+    better than by chance, such as one with bristles, knows their friction as well as it does that.
     """
+    runs = [_runs(spread[:, j], regressor.segment) for j in range(len(level))]
+    level = level * _missed_at_rest(spread, level, residual * regressor.counted, runs)
     weights = known_rows(spread)
+    memory = correlation_rows(regressor, computed(spread.shape, lambda some, w=weights: w[some] * residual[some]))
+    common = _samples_in_common(spread, memory, runs)
     for _ in range(ROUNDS):
         size, total = np.zeros(len(level)), np.zeros(len(level))
         for some in blocks(len(weights)):
-            trusted = weights[some] ** 2 * counted[some]
+            trusted = weights[some] ** 2 * regressor.counted[some]
             size += (trusted * (weights[some] * residual[some]) ** 2).sum(axis=0)
             total += trusted.sum(axis=0)
         variance = np.maximum(size / np.maximum(total, 1e-300), 1e-300)
-        weights = computed(spread.shape, lambda some, v=variance: 1 / np.sqrt(1 + (level * spread[some]) ** 2 / v))
+        weights = computed(
+            spread.shape, lambda some, v=variance: 1 / np.sqrt(1 + common[some] * (level * spread[some]) ** 2 / v)
+        )
     return weights
+
+
+def _missed_at_rest(spread: Array, level: Array, residual: Array, runs: Sequence[NDArray[np.intp]]) -> Array:
+    """By how much (n,) of what friction could be, one at most, a model misses what rows that do not know its sign have in common."""
+    missed, chance = np.zeros(len(level)), np.zeros(len(level))
+    for j, edges in enumerate(runs):
+        total = np.zeros(len(edges) - 1)
+        for some in blocks(len(spread)):
+            unknown = spread[some, j] > KNOWN
+            run = np.searchsorted(edges, np.arange(some.start, some.stop), "right") - 1
+            total += np.bincount(run, unknown * residual[some, j], len(total))
+            chance[j] += ((level[j] * spread[some, j])[unknown] ** 2).sum()
+        missed[j] = (total**2 / np.diff(edges)).sum()
+    return np.sqrt(np.minimum(1.0, missed / np.maximum(chance, 1e-300)))
+
+
+def _samples_in_common(spread: Array, memory: Array, runs: Sequence[NDArray[np.intp]]) -> Array:
+    """In how many independent samples (M, n) of the noise the doubt about a row's sign is one and the same, at least one.
+
+    ``memory`` (n,) says how many rows of noise are worth one.
+    """
+
+    def common(some: slice) -> Array:
+        at = np.arange(some.start, some.stop)
+        length = [np.diff(edges)[np.searchsorted(edges, at, "right") - 1] for edges in runs]
+        return np.where(spread[some] > KNOWN, np.maximum(1.0, np.column_stack(length) / memory), 1.0)
+
+    return computed(spread.shape, common)
+
+
+def _runs(spread: Array, segment: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where runs of rows begin that all know the sign, or all do not; and the number of rows."""
+    found = [np.zeros(1, dtype=np.intp)]
+    for some in blocks(len(spread)):
+        before = slice(max(some.start - 1, 0), some.stop)
+        unknown = spread[before] > KNOWN
+        found.append(before.start + 1 + np.flatnonzero((unknown[1:] != unknown[:-1]) | (np.diff(segment[before]) != 0)))
+    return np.concatenate([*found, [len(spread)]])
 
 
 def row_weights(
@@ -83,7 +130,7 @@ def row_weights(
     spread = spread_rows(robot, effects, signals, filter)
     theta = quick_fit(robot, effects, weight_rows(regressor, known_rows(spread)))
     residual = regressor.residual(theta)
-    return rest_weights(spread, dry_level(Model(robot, effects, theta)), residual, regressor.counted)
+    return rest_weights(spread, dry_level(Model(robot, effects, theta)), residual, regressor)
 
 
 def known_rows(spread: Array) -> Array:

@@ -128,7 +128,7 @@ def _weighted(
     first = solve_step(known, base, None, np.zeros(10)).x
     _, load = weighted(np.ones_like(spread))
     residual = load.residual(first)
-    return weighted(rest_weights(spread, dry_level(model), residual, whole.counted))
+    return weighted(rest_weights(spread, dry_level(model), residual, whole))
 
 
 def _carrying(model: Model, load: Array) -> Model:
