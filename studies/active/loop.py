@@ -95,7 +95,8 @@ def hidden_arm(index: int) -> HiddenArm:
     for _ in range(TRIES):
         if len(hidden) == 1 + index % 3:
             break
-        name = str(rng.choice([known for known in PLAIN if known not in {h.effect for h in hidden}]))
+        plain = [known for known in PLAIN if known != "payload" or one.arm.joints > 2]  # two show no mass by itself
+        name = str(rng.choice([known for known in plain if known not in {h.effect for h in hidden}]))
         guess = draw(name, ground, rng)
         if guess is None:
             continue

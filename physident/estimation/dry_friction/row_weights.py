@@ -16,7 +16,7 @@ from physident.effects.effect import Effect
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
-from physident.large_arrays import blocks, computed
+from physident.large_arrays import blocks, computed, empty
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -56,14 +56,12 @@ def rest_weights(spread: Array, level: Array, residual: Array, regressor: Regres
 
     ``spread`` (M, n) is that of ``spread_rows``, ``level`` (n,) [N m|N] the dry friction, ``residual`` (M, n) [N m|N] what
     a model leaves, whose size apart from dry friction is taken from the rows themselves. The friction that a row does not know is
-    the same in its whole rest, which therefore counts as one sample of it, however long it lasts. A model that predicts rests
-    better than by chance, such as one with bristles, knows their friction as well as it does that.
+    the same in its whole rest, which therefore counts as one sample of it, however long it lasts; unless the model predicts
+    rests better than by chance, as one with bristles does.
     """
-    runs = [_runs(spread[:, j], regressor.segment) for j in range(len(level))]
-    level = level * _missed_at_rest(spread, level, residual * regressor.counted, runs)
     weights = known_rows(spread)
     memory = correlation_rows(regressor, computed(spread.shape, lambda some, w=weights: w[some] * residual[some]))
-    common = _samples_in_common(spread, memory, runs)
+    common = _samples_in_common(spread, level, residual * regressor.counted, regressor.segment, memory)
     for _ in range(ROUNDS):
         size, total = np.zeros(len(level)), np.zeros(len(level))
         for some in blocks(len(weights)):
@@ -77,32 +75,31 @@ def rest_weights(spread: Array, level: Array, residual: Array, regressor: Regres
     return weights
 
 
-def _missed_at_rest(spread: Array, level: Array, residual: Array, runs: Sequence[NDArray[np.intp]]) -> Array:
-    """By how much (n,) of what friction could be, one at most, a model misses what rows that do not know its sign have in common."""
-    missed, chance = np.zeros(len(level)), np.zeros(len(level))
-    for j, edges in enumerate(runs):
-        total = np.zeros(len(edges) - 1)
-        for some in blocks(len(spread)):
-            unknown = spread[some, j] > KNOWN
-            run = np.searchsorted(edges, np.arange(some.start, some.stop), "right") - 1
-            total += np.bincount(run, unknown * residual[some, j], len(total))
-            chance[j] += ((level[j] * spread[some, j])[unknown] ** 2).sum()
-        missed[j] = (total**2 / np.diff(edges)).sum()
-    return np.sqrt(np.minimum(1.0, missed / np.maximum(chance, 1e-300)))
+def _samples_in_common(spread: Array, level: Array, residual: Array, segment: NDArray[np.intp], memory: Array) -> Array:
+    """In how many independent samples (M, n) of the noise the doubt about a row's friction is one and the same, at least one.
 
-
-def _samples_in_common(spread: Array, memory: Array, runs: Sequence[NDArray[np.intp]]) -> Array:
-    """In how many independent samples (M, n) of the noise the doubt about a row's sign is one and the same, at least one.
-
-    ``memory`` (n,) says how many rows of noise are worth one.
+    A rest has as many as it lasts, by the share of its friction's variance that a model misses. ``segment`` (M,) labels contiguous
+    rows, ``memory`` (n,) says how many rows of noise are worth one.
     """
+    common = empty(spread.shape)
+    for j in range(len(memory)):
+        edges = _runs(spread[:, j], segment)
+        samples, missed, chance = np.diff(edges) / memory[j], np.zeros(len(edges) - 1), np.zeros(len(edges) - 1)
+        for some in blocks(len(spread)):
+            run, unknown = _places(edges, some), spread[some, j] > KNOWN
+            missed += np.bincount(run, unknown * residual[some, j], len(missed))
+            chance += np.bincount(run, unknown * (level[j] * spread[some, j]) ** 2, len(chance))
+        long = samples > 1  # what is shorter is a reversal
+        share = float((missed**2 / np.diff(edges))[long].sum() / max(chance[long].sum(), 1e-300))
+        for some in blocks(len(spread)):
+            inside = spread[some, j] > KNOWN
+            common[some, j] = np.where(inside, np.maximum(1.0, min(share, 1.0) * samples[_places(edges, some)]), 1.0)
+    return common
 
-    def common(some: slice) -> Array:
-        at = np.arange(some.start, some.stop)
-        length = [np.diff(edges)[np.searchsorted(edges, at, "right") - 1] for edges in runs]
-        return np.where(spread[some] > KNOWN, np.maximum(1.0, np.column_stack(length) / memory), 1.0)
 
-    return computed(spread.shape, common)
+def _places(edges: NDArray[np.intp], some: slice) -> NDArray[np.intp]:
+    """Of which run (m,) some rows are."""
+    return np.searchsorted(edges, np.arange(some.start, some.stop), "right") - 1
 
 
 def _runs(spread: Array, segment: NDArray[np.intp]) -> NDArray[np.intp]:
