@@ -21,9 +21,9 @@ from physident.estimation.estimators import (
     estimator_from_dict,
     estimator_from_options,
 )
-from physident.estimation.identify import estimate_from
 from physident.estimation.physical.bounds import Bound, Box, Ellipsoid
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior
+from physident.estimation.regressor_fit import estimate_from
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Filter, Signals
 

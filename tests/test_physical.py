@@ -17,7 +17,6 @@ from physident.effects.effect import Column
 from physident.effects.friction import NonlinearViscousFriction
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import OLS, WLS, Physical
-from physident.estimation.identify import estimate_from
 from physident.estimation.physical.bounds import Bound, Box, Ellipsoid, volume_rows
 from physident.estimation.physical.certificate import Multipliers, check_optimality
 from physident.estimation.physical.cones import Cones, physical_cones
@@ -25,6 +24,7 @@ from physident.estimation.physical.coordinates import SQUARES, TRACES, UNITS, Co
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior, Prior, solid_link
 from physident.estimation.physical.problem import PhysicalProblem
 from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
+from physident.estimation.regressor_fit import estimate_from
 from physident.estimation.weighting import Compressed
 from physident.recordings.signals import Filter, Signals
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS, link_parameters, pseudo_inertia

@@ -8,7 +8,7 @@ import numpy as np
 
 import physident as pid
 from physident.dynamics.regressor import build_regressor
-from physident.estimation.identify import estimate_from
+from physident.estimation.regressor_fit import estimate_from
 
 STIFFNESS, DISTANCE = 4e4, 2e-4  # N m/rad over rad: 8 N m of friction, in a number a thousand times as large
 DRY = 3.0  # N m

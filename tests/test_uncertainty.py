@@ -17,8 +17,8 @@ from physident.effects.effect import Column
 from physident.errors import PhysidentWarning
 from physident.estimation import uncertainty
 from physident.estimation.estimators import Physical
-from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
+from physident.estimation.regressor_fit import estimate_from
 from physident.estimation.uncertainty import block_labels, correlation_rows, jackknife, t_quantile
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import BaseParameters

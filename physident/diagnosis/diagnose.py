@@ -41,7 +41,8 @@ from physident.dynamics.model import Model
 from physident.errors import InputError, NotSolvedError
 from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
-from physident.estimation.identify import prepare_all, shared_gains
+from physident.estimation.identify import prepare_all
+from physident.estimation.regressor_fit import shared_gains
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording

@@ -14,22 +14,14 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
 from physident.errors import InputError
-from physident.estimation.dry_friction.held_rests import hold_rests, same_sides, settle_rests, with_dry_columns
-from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
-from physident.estimation.estimated_model import Source
-from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust, make_estimator
-from physident.estimation.least_squares import Solution, least_squares
-from physident.estimation.physical.certificate import Certificate
-from physident.estimation.physical.cones import physical_cones
-from physident.estimation.robust import robust_least_squares
-from physident.estimation.shapes.curve_priors import placed, with_amplitudes, with_prior
+from physident.estimation.estimators import Estimator, make_estimator
+from physident.estimation.least_squares import least_squares
+from physident.estimation.regressor_fit import fit_with_rests
+from physident.estimation.shapes.curve_priors import placed
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
-from physident.estimation.sizing import unsized_parameters
-from physident.estimation.weighting import information_in, weight_rows
-from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
-from physident.large_arrays import magnitude, squares
+from physident.large_arrays import magnitude
 from physident.recordings.checks import check_effort, refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
@@ -41,7 +33,6 @@ from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
-SIDES = 3  # times that an estimator may choose the sides of rests anew: others lie at their band's edge
 
 
 @one_thread
@@ -79,26 +70,8 @@ def identify(
     initial = placed(robot, initial, signals)
     settled, regressor = settle(robot, initial, signals, filter)
     _refuse_brief(recordings, regressor)
-    if not isinstance(estimator, OLS):
-        signals, regressor = settle_rests(robot, settled, regressor, signals, filter)
-
-    def counted() -> Regressor:  # all rows alike for ordinary least squares
-        weighted = not isinstance(estimator, OLS)
-        return (
-            weight_rows(regressor, row_weights(robot, settled, regressor, signals, filter)) if weighted else regressor
-        )
-
-    settled, sides = with_amplitudes(robot, settled, counted()), 0
-    while True:
-        rows = counted()
-        estimate = estimate_from(robot, settled, rows, recordings, estimator, filter, columns)
-        sides += 1
-        if isinstance(estimator, OLS) or sides == SIDES:
-            break
-        held = hold_rests(estimate.model, signals)
-        if same_sides(signals, held):
-            break
-        signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
+    estimate, rows, signals = fit_with_rests(robot, settled, regressor, signals, recordings, estimator, filter, columns)
+    settled = estimate.model.effects
     sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
     return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
 
@@ -149,87 +122,6 @@ def prepare_moving(robot: Robot, recordings: Sequence[Recording], filter: Filter
     return signals
 
 
-def estimate_from(
-    robot: Robot,
-    effects: tuple[Effect, ...],
-    regressor: Regressor,
-    recordings: Sequence[Recording],
-    method: str | Estimator,
-    filter: Filter,
-    columns: str | None = None,
-) -> Estimate:
-    """The estimate of a regressor that is already built."""
-    estimator = make_estimator(method)
-    regressor = with_prior(robot, effects, regressor)
-    base = find_base_parameters(robot, effects)
-    nominal = Model.nominal(robot, effects).theta
-    sources = tuple(_source(i, recording, regressor) for i, recording in enumerate(recordings))
-    if isinstance(estimator, Physical):
-        from physident.estimation.physical.physical_fit import solve_physical  # cvxpy takes a second to import
-
-        physical = solve_physical(regressor, base, robot, effects, nominal, estimator)
-        return Estimate(
-            model=Model(robot, effects, physical.theta),
-            estimator=estimator,
-            covariance=physical.covariance,
-            information=information_in(regressor, base, physical.sigma, physical.effective_samples),
-            sigma=physical.sigma,
-            relative=_relative(regressor, physical.theta),
-            effective_samples=physical.effective_samples,
-            certificate=physical.certificate,
-            filter=filter,
-            sources=sources,
-            layout=columns,
-            drive_gains=shared_gains(recordings),
-            blocks=physical.blocks,
-            prior_weight=physical.prior_weight,
-            shares=tuple(float(share) for share in physical.shares.directions),
-            base_shares=tuple(float(share) for share in physical.shares.base),
-            active_constraints=physical.active_constraints,
-            unsized=unsized_parameters(regressor, base, physical.theta),
-        )
-    solution = _least_squares_solution(regressor, base, nominal, estimator)
-    theta = base.nearest(nominal, solution.base)
-    matrices = physical_cones(robot, effects).matrices
-    return Estimate(
-        model=Model(robot, effects, theta),
-        estimator=estimator,
-        covariance=solution.covariance,
-        information=information_in(regressor, base, solution.sigma, solution.effective_samples),
-        sigma=solution.sigma,
-        relative=_relative(regressor, theta),
-        effective_samples=solution.effective_samples,
-        certificate=Certificate(
-            stationarity=solution.stationarity,
-            condition=solution.condition,
-            determined=int(solution.determined.sum()),
-            iterations=solution.iterations,
-            eigenvalues=tuple(smallest_share(matrix.at(theta)) for matrix in matrices),
-        ),
-        filter=filter,
-        sources=sources,
-        layout=columns,
-        drive_gains=shared_gains(recordings),
-        blocks=solution.blocks,
-        base_shares=tuple(float(determined) for determined in solution.determined),
-        unsized=unsized_parameters(regressor, base, theta),
-    )
-
-
-def _least_squares_solution(
-    regressor: Regressor, base: BaseParameters, nominal: Array, estimator: OLS | WLS | Robust
-) -> Solution:
-    if isinstance(estimator, Robust):
-        return robust_least_squares(regressor, base, nominal, estimator.threshold)
-    return least_squares(regressor, base, nominal, estimator.noise if isinstance(estimator, WLS) else "equal")
-
-
-def smallest_share(P: Array) -> float:
-    """Smallest eigenvalue of a symmetric matrix over its largest in size; zero for a zero matrix."""
-    values = np.linalg.eigvalsh(P)
-    return float(values[0]) / size if (size := float(np.abs(values).max())) > 0 else 0.0
-
-
 def _refuse_brief(recordings: Sequence[Recording], regressor: Regressor) -> None:
     """A recording whose motion is shorter than the filter leaves no rows, and fewer rows than parameters fit anything."""
     for index, recording in enumerate(recordings):
@@ -273,19 +165,3 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
                 f"joint {j + 1} ({robot.joint_names[j]}) never moves faster than {MOVING_SPEED} rad/s in any recording:"
                 f" nothing shows its {', '.join(hidden)}; record a motion of joint {j + 1}, or leave it out of these effects"
             )
-
-
-def _relative(regressor: Regressor, theta: Array) -> Array:
-    size = np.sqrt(squares(regressor.torque))
-    return 100 * np.sqrt(squares(regressor.residual(theta))) / np.where(size > 0, size, 1.0)
-
-
-def _source(index: int, recording: Recording, regressor: Regressor) -> Source:
-    used = np.count_nonzero(regressor.recording == index) / regressor.kept_rate
-    return Source(recording.source, recording.sha256, recording.duration, float(used))
-
-
-def shared_gains(recordings: Sequence[Recording]) -> tuple[float, ...] | None:
-    """The drive gains (n,) [N m/A] of recordings of current, None where they have none or differ."""
-    gains = {recording.drive_gains for recording in recordings if recording.effort_kind == "current"}
-    return gains.pop() if len(gains) == 1 else None

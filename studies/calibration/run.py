@@ -21,8 +21,8 @@ from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import Physical
-from physident.estimation.identify import estimate_from
 from physident.estimation.physical.information_shares import BY_DATA
+from physident.estimation.regressor_fit import estimate_from
 from physident.estimation.weighting import compress
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.recordings.signals import Filter, Signals

@@ -22,13 +22,13 @@ from physident.dynamics.model import Model
 from physident.dynamics.rigid_body_regressor import torque_expression
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.estimation.estimators import Physical
-from physident.estimation.identify import estimate_from
 from physident.estimation.least_squares import least_squares
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.physical.coordinates import Coordinates
 from physident.estimation.physical.prior import Entropic
 from physident.estimation.physical.problem import PhysicalProblem
 from physident.estimation.physical.semidefinite_program import SemidefiniteProgram
+from physident.estimation.regressor_fit import estimate_from
 from physident.estimation.weighting import compress
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.robots.inertia import pseudo_inertia

@@ -22,8 +22,8 @@ import physident as pid
 from physident.dynamics.model import Model
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import OLS, WLS, Estimator, Physical, Robust
-from physident.estimation.identify import estimate_from
 from physident.estimation.physical.prior import NoPrior
+from physident.estimation.regressor_fit import estimate_from
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Signals
 from physident.robots.inertia import link_parameters, pseudo_inertia

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.dynamics.regressor import build_regressor
-from physident.estimation.identify import estimate_from
+from physident.estimation.regressor_fit import estimate_from
 from physident.robots.dh import urdf_from_table
 from studies.thesis.halves import ur5_table
 from studies.thesis.reference import Run, run

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from physident.dynamics.regressor import build_regressor
-from physident.estimation.identify import estimate_from
+from physident.estimation.regressor_fit import estimate_from
 from studies.thesis.published import COULOMB, OFFSET
 from studies.thesis.reference import FRICTION, Run
 from studies.thesis.scores import FILTER

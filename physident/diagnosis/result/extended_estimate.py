@@ -14,19 +14,18 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
-from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.estimated_model import Source
-from physident.estimation.estimators import OLS, WLS
-from physident.estimation.identify import estimate_from, smallest_share
+from physident.estimation.estimators import WLS
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
+from physident.estimation.regressor_fit import fit_with_rests, smallest_share
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
-from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording
+from physident.recordings.signals import Signals
 
 
 def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
@@ -34,19 +33,12 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     of the diagnosis, which move the model's parameters within their covariance."""
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
-        effects, regressor = _with_widths_anew(problem, model)
-        if not isinstance(problem.given.estimator, OLS):
-            weights = row_weights(model.robot, effects, regressor, problem.signals, problem.filter)
-            regressor = weight_rows(regressor, weights)
-        return estimate_from(
-            model.robot,
-            effects,
-            regressor,
-            recordings,
-            problem.given.estimator,
-            problem.filter,
-            problem.given.layout,
-        )
+        signals = [replace(one, transition=None) for one in problem.signals]
+        effects, regressor = _with_widths_anew(problem, model, signals)
+        given = problem.given
+        return fit_with_rests(
+            model.robot, effects, regressor, signals, recordings, given.estimator, problem.filter, given.layout
+        )[0]
     base = find_base_parameters(model.robot, model.effects)
     covariance = base.grouping @ uncertainty.covariance @ base.grouping.T
     before = as_estimate(problem.given, problem.filter)
@@ -83,14 +75,15 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     )
 
 
-def _with_widths_anew(problem: DiagnosisProblem, model: Model) -> tuple[tuple[Effect, ...], Regressor]:
+def _with_widths_anew(
+    problem: DiagnosisProblem, model: Model, signals: Sequence[Signals]
+) -> tuple[tuple[Effect, ...], Regressor]:
     """The extended model's effects with the widths of dry friction that ``identify`` found found again, and their regressor: without
     the effects that were missing, a width imitates them."""
     opened = tuple(
         replace(e, smoothing=None) if isinstance(e, CoulombFriction) and isinstance(e.smoothing, tuple) else e
         for e in model.effects
     )
-    signals = [replace(one, transition=None) for one in problem.signals]
     regressor = settled_regressor(model.robot, opened, signals, problem.filter, model.theta)
     return with_transitions(model.robot, opened, regressor, signals, problem.filter)
 
