@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.result.extended_estimate import extended_estimate
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.estimation.identify import prepare_all
 from tests.plant_mujoco.expected import PLANT
 from tests.plant_mujoco.samples import sample
 from tests.truth import ArmTruth
@@ -58,29 +62,48 @@ def recorded(arm: ArmTruth, folder: Path, seed: int) -> pid.Recording:
     return pid.load_recording(path)
 
 
+@dataclass(frozen=True, eq=False)
+class Healthy:
+    """An arm of two joints that sticks, three recordings of it in a folder, and the model that they give."""
+
+    folder: Path
+    arm: ArmTruth
+    runs: list[pid.Recording]
+    model: pid.Estimate
+
+    def diagnosed(self, factor: float) -> pid.Diagnosis:
+        """Two recordings after the friction of the first joint has grown by a factor, asked what is different."""
+        friction, by = self.arm.friction, np.array([factor, 1.0])
+        worn = replace(friction, coulomb=by * friction.coulomb, breakaway=by * friction.breakaway)
+        folder = self.folder / f"{factor}"
+        folder.mkdir()
+        return pid.diagnose_motion(
+            self.model, [recorded(replace(self.arm, friction=worn), folder, seed) for seed in (4, 5)]
+        )
+
+
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Callable[[float], pid.Diagnosis]:
-    """The diagnosis of an arm of two joints that sticks, after the friction of its first joint has grown by a factor."""
-    folder = tmp_path_factory.mktemp("moves")
-    arm = sample("planar", "dry")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> Healthy:
+    folder, arm = tmp_path_factory.mktemp("moves"), sample("planar", "dry")
     (folder / "arm.urdf").write_text(arm.urdf)
-    model = pid.identify(folder / "arm.urdf", [recorded(arm, folder, seed) for seed in (1, 2, 3)])
-
-    def diagnosed(factor: float) -> pid.Diagnosis:
-        by = np.array([factor, 1.0])
-        friction = replace(arm.friction, coulomb=by * arm.friction.coulomb, breakaway=by * arm.friction.breakaway)
-        worn = replace(arm, friction=friction)
-        (folder / f"{factor}").mkdir()
-        return pid.diagnose_motion(model, [recorded(worn, folder / f"{factor}", seed) for seed in (4, 5)])
-
-    return diagnosed
+    runs = [recorded(arm, folder, seed) for seed in (1, 2, 3)]
+    return Healthy(folder, arm, runs, pid.identify(folder / "arm.urdf", runs))
 
 
-def test_friction_that_has_grown_is_named_on_its_joint(found: Callable[[float], pid.Diagnosis]) -> None:
-    causes = [f for f in found(GREATER).findings if f.grade == "cause"]
+def test_friction_that_has_grown_is_named_on_its_joint(healthy: Healthy) -> None:
+    causes = [f for f in healthy.diagnosed(GREATER).findings if f.grade == "cause"]
     assert [(f.effect, f.joints) for f in causes] == [("coulomb_friction", (1,))]
-    assert causes[0].parameters[0].change == pytest.approx((GREATER - 1) * sample().friction.coulomb[0], rel=0.2)
+    grown = (GREATER - 1) * healthy.arm.friction.coulomb[0]
+    assert causes[0].parameters[0].change == pytest.approx(grown, rel=0.2)
 
 
-def test_an_arm_that_rests_as_before_is_accused_of_nothing(found: Callable[[float], pid.Diagnosis]) -> None:
-    assert not [f for f in found(1.0).findings if f.grade == "cause"]
+def test_an_arm_that_rests_as_before_is_accused_of_nothing(healthy: Healthy) -> None:
+    assert not [f for f in healthy.diagnosed(1.0).findings if f.grade == "cause"]
+
+
+def test_a_model_extended_by_nothing_is_the_model(healthy: Healthy) -> None:
+    """It is fitted as ``identify`` fits, rests held where friction is exhausted: gravity of joints that mostly rest depends on that."""
+    signals = prepare_all(healthy.model.model.robot, healthy.runs, healthy.model.filter)
+    hypothesis = settled_hypothesis(state_problem("missing", healthy.model, signals, healthy.model.filter, 0), ())
+    again = extended_estimate(hypothesis, uncertainty_of(hypothesis), healthy.runs)
+    np.testing.assert_allclose(again.theta, healthy.model.theta, rtol=1e-6, atol=1e-9)
