@@ -10,6 +10,7 @@ import pytest
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.friction import CoulombFriction
+from physident.estimation.dry_friction.held_rests import hold_rests
 from physident.estimation.dry_friction.rest import rest_rows
 from physident.estimation.dry_friction.row_weights import dry_level, rest_weights, spread_rows
 from physident.estimation.uncertainty import correlation_rows
@@ -111,6 +112,32 @@ def test_friction_at_rest_takes_its_best_value_in_a_score(turntable: pid.Model) 
         from_middle = np.abs(rows.time - (6.0 - 0.5 / RATE))  # the last sample at rest is the one before 8 s
         np.testing.assert_array_equal(moving, from_middle > 2.0 + reach)
         assert (found.friction[moving] == 0).all()
+
+
+@pytest.mark.parametrize(("beyond", "share"), [(0.1, 1.0), (-0.1, 0.0)])
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_does_not_choose_what_counts_of_a_rest(
+    turntable: pid.Model, beyond: float, share: float, seed: int
+) -> None:
+    """Of a rest near its band's edge, some moments seem beyond it and others within: all of it is held, or nothing."""
+    noise = np.random.default_rng(seed).normal(size=round(4 * RATE))
+    (signals,) = hold_rests(turntable, [pausing(FRICTION + beyond + noise - noise.mean())])
+    assert signals.rests is not None
+    held = signals.rests[0].held
+    assert held is not None
+    assert np.isfinite(held).mean() == share
+
+
+def test_a_rest_that_gives_way_is_held_from_there_on(turntable: pid.Model) -> None:
+    torque = np.linspace(0.0, 2 * FRICTION, round(4 * RATE)) + 0.1 * np.random.default_rng(1).normal(
+        size=round(4 * RATE)
+    )
+    (signals,) = hold_rests(turntable, [pausing(torque)])
+    assert signals.rests is not None
+    held = signals.rests[0].held
+    assert held is not None
+    assert np.isfinite(held).mean() == pytest.approx(0.5, abs=0.1)  # friction is exhausted halfway
+    assert np.isfinite(held[-5:]).all()
 
 
 def test_without_rests_every_row_is_in_motion(turntable: pid.Model) -> None:

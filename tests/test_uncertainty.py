@@ -86,6 +86,18 @@ def test_intervals_cover_and_textbook_ones_do_not() -> None:
     assert np.mean(textbook) < 0.75
 
 
+def test_intervals_cover_where_most_blocks_show_nothing() -> None:
+    """A joint that rests for most of a recording: its blocks are many, but few of them know anything."""
+    hits = []
+    for seed in range(150):
+        regressor = made(slow(0.6, (ROWS,), np.random.default_rng(seed)), seed)
+        known = (np.arange(ROWS) % 100 < 20).astype(float)[:, None]
+        solution = least_squares(weight_rows(regressor, 1e-4 + known), BASE, np.zeros(COLUMNS), "diagonal")
+        wrong = np.abs(solution.base - TRUTH)
+        hits.append(wrong <= t_quantile(solution.blocks) * np.sqrt(np.diag(solution.covariance)))
+    assert 0.92 <= np.mean(hits) <= 0.985
+
+
 @pytest.mark.parametrize("keep", [0.5, 0.8, 0.9])
 def test_correlation_time_of_first_order_noise(keep: float) -> None:
     """(1 + a) / (1 - a) rows for noise that keeps a share a of itself from row to row."""

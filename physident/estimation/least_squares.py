@@ -100,7 +100,7 @@ def finish(
     left_out = jackknife(white, base, influence, float(memory.max()), curvature)
     return Solution(
         step.x, left_out.covariance, joint_sigma(regressor, residual, base.r), step.determined, float(cosine.max()),
-        step.condition, iterations, len(residual) / memory, left_out.blocks,
+        step.condition, iterations, len(residual) / memory, left_out.informative,
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ Residuals of real arms are correlated over a second and more: thousands of rows 
 and textbook standard errors are several times too small. Leaving out one block at a time needs no model of the noise.
 Unlike sums of scores over blocks, it is not biased low by the parameters fitted to the same residuals (MacKinnon,
 Nielsen, Webb, "Cluster-robust inference: a guide to empirical practice" (2023), the estimator CV3). Intervals use
-Student's t with one degree of freedom less than there are blocks.
+Student's t with one degree of freedom less than there are blocks that know something.
 """
 
 from __future__ import annotations
@@ -36,16 +36,23 @@ class Jackknife:
     """The influence of each of G blocks on an estimate.
 
     ``deviations`` (G, r): change of the base parameters when the block is left out; ``pushes`` (G, r): the gradient that
-    causes the same change with all blocks present.
+    causes the same change with all blocks present; ``shares`` (G,): how many parameters' worth of information is in it.
     """
 
     deviations: Array
     pushes: Array
+    shares: Array
 
     @property
     def blocks(self) -> int:
         """Number of blocks G."""
         return len(self.deviations)
+
+    @property
+    def informative(self) -> int:
+        """How many equal blocks would know as much of the variance: those in which joints rest tell little of it
+        (Bell and McCaffrey, "Bias reduction in standard errors" (2002), Satterthwaite's count of the leverages)."""
+        return max(1, round(float(self.shares.sum() ** 2 / max((self.shares**2).sum(), 1e-300))))
 
     @property
     def shrink(self) -> float:
@@ -86,11 +93,12 @@ def jackknife(
     values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE**2 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # root root^T is the inverse information
-    deviations, pushes, since_release = [], [], 0
+    deviations, pushes, shares, since_release = [], [], [], 0
     for block in _rows_of_blocks(regressor, correlation):
         A = base_rows(regressor, base, block)
         rows = curved(block, A).reshape(-1, base.r)
         Z = rows @ root
+        shares.append(float((Z**2).sum()))
         score = np.einsum("mjr,mj->r", A, influence[block])
         share, directions = np.linalg.eigh(np.eye(Z.shape[1]) - Z.T @ Z)
         deviations.append(root @ ((directions / np.maximum(share, LEVERAGE_FLOOR)) @ (directions.T @ (score @ root))))
@@ -99,7 +107,7 @@ def jackknife(
         if since_release > BLOCK:
             release()
             since_release = 0
-    return Jackknife(np.array(deviations), np.array(pushes))
+    return Jackknife(np.array(deviations), np.array(pushes), np.array(shares))
 
 
 def _rows_of_blocks(regressor: Regressor, correlation: float) -> list[NDArray[np.intp]] | list[slice]:

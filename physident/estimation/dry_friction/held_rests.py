@@ -27,7 +27,9 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 ROUNDS = 10  # a rest that still changes sides lies at its band's edge, where both sides say the same
-PIECE = 0.2  # s: over so long a joint at rest counts as held by one torque
+PIECE = 0.2  # s: over so long a joint at rest counts as held by one torque, however much that changes
+ALIKE = 4.0  # standard deviations, of which a few pieces give a rough idea: a rest whose pieces differ by less is held by one torque
+STEP = 1.15 * np.sqrt(2)  # what three of four differences of two values stay below, in their standard deviations
 
 
 def settle_rests(
@@ -87,7 +89,7 @@ def _held(model: Model, signals: Signals) -> Signals:
         for j, (rests, total) in enumerate(zip(pieces, sums, strict=True)):
             _add(total, rests, samples, wanted[:, j], np.abs(level[:, j]))
         release()
-    held = [np.where(np.abs(wanted) > most, np.sign(wanted), np.nan) for wanted, most in sums]
+    held = [_sides(rests, *total) for rests, total in zip(pieces, sums, strict=True)]
     return replace(free, rests=tuple(replace(r, held=h) for r, h in zip(pieces, held, strict=True)))
 
 
@@ -97,6 +99,28 @@ def _wanted(model: Model, signals: Signals) -> tuple[Array, Array]:
     referred = model.refer(signals)
     now, level = dry_friction(model, referred)
     return now + signals.torque - model.measured_torque(referred), level
+
+
+def _sides(rests: Rests, wanted: Array, most: Array) -> Array:
+    """The sign (K,) of the friction that holds each piece of rests, NaN within the band, of its sums of wanted and of most friction.
+
+    Neighbours that differ by no more than noise are one rest and held alike. Held one by one, of a rest at its band's edge those
+    pieces would count whose noise points outward.
+    """
+    lasts = rests.stop - rests.start
+    follows = np.append(False, rests.start[1:] == rests.stop[:-1])
+    steps = np.abs(np.diff(wanted / lasts, prepend=np.nan))[follows]
+    noise = float(np.quantile(steps, 0.75)) / STEP if len(steps) else 0.0
+    held, first = np.full(len(lasts), np.nan), 0
+    for k in range(1, len(lasts) + 1):
+        group = slice(first, k)
+        mean = wanted[group].sum() / lasts[group].sum()
+        if k < len(lasts) and follows[k] and abs(wanted[k] / lasts[k] - mean) <= ALIKE * noise:
+            continue
+        if abs(wanted[group].sum()) > most[group].sum():
+            held[group] = np.sign(mean)
+        first = k
+    return held
 
 
 def _add(total: Array, rests: Rests, samples: slice, *values: Array) -> None:

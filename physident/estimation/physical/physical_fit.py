@@ -191,7 +191,7 @@ def _uncertainty(
     else:
         shifts = left_out.pushes @ shares.response.T
         covariance = shifts.T @ shifts * left_out.shrink
-    return covariance, left_out.blocks, shares
+    return covariance, left_out.informative, shares
 
 
 def _certificate(fit: _Fit, theta: Array, cones: Cones, shares: InformationShares) -> Certificate:
