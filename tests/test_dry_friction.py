@@ -145,6 +145,10 @@ def test_without_rests_every_row_is_in_motion(turntable: pid.Model) -> None:
     assert found.moving.all()
     assert (found.friction == 0).all()
     assert found.outside[0] == 0
+    none = Rests(start=np.zeros(0, int), stop=np.zeros(0, int), before=np.zeros(0), after=np.zeros(0))
+    (signals,) = hold_rests(turntable, [replace(pausing(), rests=(none,))])
+    assert signals.rests is not None
+    assert len(signals.rests[0].start) == 0
 
 
 @pytest.mark.parametrize(

@@ -108,7 +108,7 @@ def _sides(rests: Rests, wanted: Array, most: Array) -> Array:
     pieces would count whose noise points outward.
     """
     lasts = rests.stop - rests.start
-    follows = np.append(False, rests.start[1:] == rests.stop[:-1])
+    follows = rests.start == np.append(-1, rests.stop)[: len(lasts)]
     steps = np.abs(np.diff(wanted / lasts, prepend=np.nan))[follows]
     noise = float(np.quantile(steps, 0.75)) / STEP if len(steps) else 0.0
     held, first = np.full(len(lasts), np.nan), 0
