@@ -157,11 +157,19 @@ def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) ->
 
 
 def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether the gain on left-out rows is worth naming, and its 95 % interval over blocks lies above zero."""
-    before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
+    """Whether the gain on left-out rows is worth naming, and its 95 % interval over blocks lies above zero.
+
+    Without a change, the model's parameters would have to imitate it, against what earlier rows said of them: what these object to
+    counts as an error, in every block alike.
+    """
     joints = [j - 1 for j in candidate.joints] or slice(None)
-    low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
-    return low > 0 and reduction_percent(before.sum(axis=0), after.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    of_blocks, of_joints = [], []
+    for one in (None, candidate):
+        cost, objected = left_out_costs(hypothesis, one), contradicted(hypothesis, one)
+        of_blocks.append(cost[:, joints].sum(axis=1) + objected / len(cost))
+        of_joints.append(cost.sum(axis=0) + objected)
+    low, _ = resampled_reduction(*of_blocks, hypothesis.problem.seed)
+    return low > 0 and reduction_percent(*of_joints) >= MIN_REDUCTION_PERCENT
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
