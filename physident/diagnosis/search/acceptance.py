@@ -163,13 +163,16 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     counts as an error, in every block alike.
     """
     joints = [j - 1 for j in candidate.joints] or slice(None)
-    of_blocks, of_joints = [], []
-    for one in (None, candidate):
-        cost, objected = left_out_costs(hypothesis, one), contradicted(hypothesis, one)
-        of_blocks.append(cost[:, joints].sum(axis=1) + objected / len(cost))
-        of_joints.append(cost.sum(axis=0) + objected)
-    low, _ = resampled_reduction(*of_blocks, hypothesis.problem.seed)
-    return low > 0 and reduction_percent(*of_joints) >= MIN_REDUCTION_PERCENT
+    (before, once), (after, now) = (
+        (left_out_costs(hypothesis, one), contradicted(hypothesis, one)) for one in (None, candidate)
+    )
+    low, _ = resampled_reduction(
+        before[:, joints].sum(axis=1) + once / len(before),
+        after[:, joints].sum(axis=1) + now / len(after),
+        hypothesis.problem.seed,
+    )
+    fall = reduction_percent(before.sum(axis=0) + once, after.sum(axis=0) + now)
+    return low > 0 and fall >= MIN_REDUCTION_PERCENT
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
