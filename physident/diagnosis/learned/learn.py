@@ -52,6 +52,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
             break
         progress(f"learned {placed(better)}")
         now = state_hypothesis(now.problem, (*now.accepted, better), now.model, now.data)
+    now = _with_one_story(now, pool, threshold, progress)
     curves = [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]
     if len(now.accepted) == len(start.accepted) and all(
         a is b for a, b in zip(now.accepted, start.accepted, strict=True)
@@ -113,6 +114,24 @@ def _with_replacements(
     return now
 
 
+def _with_one_story(now: Hypothesis, pool: CurvePool, threshold: float, progress: Callable[[str], None]) -> Hypothesis:
+    """The hypothesis with a curve in the place of each joint's laws of velocity, where another joint's friction needs a curve and left-out
+    rows do not object: what bends the friction of several joints is one thing, and a law that fits one of them does so by chance."""
+    if not any(isinstance(one.effect, LearnedCurve) and one.effect.variable == "velocity" for one in now.accepted):
+        return now
+    for joint in range(1, now.problem.model.robot.n + 1):
+        laws = [one for one in now.accepted if _is_law(now, one, joint, "velocity")]
+        if not laws:
+            continue
+        rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
+        curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == "velocity"], threshold)
+        if curve is not None and is_admissible(rest, curve) and not _is_clearly_worse(now, rest, curve):
+            new = AcceptedEffect(curve, with_own_width(rest, curve, _effect(curve)))
+            progress(f"learned {placed(new)} in the place of {', '.join(map(placed, laws))}")
+            now = state_hypothesis(now.problem, (*rest.accepted, new), now.model, now.data)
+    return now
+
+
 def _is_law(now: Hypothesis, one: AcceptedEffect, joint: int, variable: str) -> bool:
     """Whether an accepted effect is a law of one quantity of a joint, which the search has found."""
     ordinary = {own.candidate.key for own in now.problem.missing_default_effects}
@@ -146,11 +165,19 @@ def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: flo
 
 
 def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
-    """Whether left-out rows are predicted better with a curve than with the laws in its place, beyond the scatter over blocks and
-    by as much as is worth naming."""
-    law, free = left_out_costs(now, None), left_out_costs(rest, curve, now.fit.weights)
-    gain = (law - free).sum(axis=1)
-    worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    """Whether left-out rows are predicted better with a curve than with the laws in its place."""
+    return _clearly_less(left_out_costs(rest, curve, now.fit.weights), left_out_costs(now, None))
+
+
+def _is_clearly_worse(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
+    """Whether left-out rows are predicted worse with a curve than with the laws in its place."""
+    return _clearly_less(left_out_costs(now, None), left_out_costs(rest, curve, now.fit.weights))
+
+
+def _clearly_less(cost: Array, other: Array) -> bool:
+    """Whether a cost (G, n) is below another beyond the scatter over blocks and by as much as is worth naming."""
+    gain = (other - cost).sum(axis=1)
+    worth = reduction_percent(other.sum(axis=0), cost.sum(axis=0)) >= MIN_REDUCTION_PERCENT
     return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 

@@ -1,0 +1,53 @@
+"""What bends the friction of several joints is told as one thing, once one of them needs a curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import physident as pid
+
+BUMP, SWELL = (
+    3.0,
+    5.0,
+)  # N m, N m s^2/rad^2: at half the speed of joint 3, which no law of the catalogue has; and the faster joint 2, the more
+
+
+@dataclass(frozen=True)
+class Bump(pid.FormulaEffect):
+    name = "bump"
+    unit = "N m"
+    family = pid.Family.FRICTION
+    formulas = ("np.exp(-0.5 * ((np.abs(v) - 0.4) / 0.12) ** 2) * np.tanh(v / 0.1)",)
+
+
+@dataclass(frozen=True)
+class Swell(pid.FormulaEffect):
+    name = "swell"
+    unit = "N m"
+    family = pid.Family.FRICTION
+    formulas = ("v * np.abs(v)",)
+
+
+def recorded(ur5: pid.Robot, bump: float, swell: float) -> list[pid.Recording]:
+    """Three recordings of an arm whose friction of joint 3 has a bump, and that of joint 2 a bend."""
+    nominal = pid.Model.nominal(ur5)
+    friction = {"viscous_friction": 5.0, "coulomb_friction": 4.0}
+    theta = [friction.get(c.effect, value) for c, value in zip(nominal.columns, nominal.theta, strict=True)]
+    effects = (*nominal.effects, Bump(joints=(3,)), Swell(joints=(2,)))
+    arm = pid.Model(ur5, effects, np.array([*theta, bump, swell]))
+    sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
+    motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
+    return [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+
+
+@pytest.mark.parametrize(("bump", "curves"), [(0.0, ()), (BUMP, (2, 3))])
+def test_a_law_stays_where_no_joint_needs_a_curve(ur5: pid.Robot, bump: float, curves: tuple[int, ...]) -> None:
+    runs = recorded(ur5, bump, SWELL)
+    found = pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[:2], runs[2:])
+    told = {cause.effect: cause.joints for cause in found.causes}
+    assert told.get("learned_velocity", ()) == curves
+    assert sorted({joint for joints in told.values() for joint in joints}) == ([2, 3] if bump else [2])
+    assert found.after.relative[1] < 0.7 * found.before.relative[1]
