@@ -28,11 +28,12 @@ from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.search.candidate_scores import CandidateScores
-from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
+from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.rivals import check_rivals
 from physident.diagnosis.search.same_torque import same_torque
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
@@ -127,8 +128,8 @@ def diagnose_motion(
         complete = complete_model(estimate, control, with_torque, seed, progress)
         model = estimate = complete.estimate
         model = estimate = as_recordings_agree(estimate, prepare_all(given.robot, control, used_filter))
-    problem = state_problem(question, model, signals, used_filter, seed, recording_offsets)
-    found = learn_curves(search_effects(problem, progress), progress)
+    asked = state_problem(question, model, signals, used_filter, seed, recording_offsets)
+    found = learn_curves(search_with_turning_speeds(asked, progress), progress)
     problem = found.last.hypothesis.problem
     placebos = _placebos(found.last)
     _refuse_if_placebos_pass(placebos)
@@ -161,7 +162,7 @@ def diagnose_motion(
         extended = replace(complete.estimate, layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
     error_before, error_after = errors_before_and_after(
-        original, found.first.hypothesis, sure, extended, with_torque, holdout
+        original, settled_hypothesis(asked, ()), sure, extended, with_torque, holdout
     )
     return Diagnosis(
         question=question,

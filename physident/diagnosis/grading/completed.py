@@ -18,9 +18,9 @@ from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.search.forward_search import search_effects
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.rivals import RivalCheck
+from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
@@ -56,7 +56,8 @@ def complete_model(
     progress("searching the model's own recordings for what they show already")
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
     try:
-        found = learn_curves(search_effects(state_problem("missing", estimate, signals, estimate.filter, seed)))
+        problem = state_problem("missing", estimate, signals, estimate.filter, seed)
+        found = learn_curves(search_with_turning_speeds(problem))
         hypothesis = _held_to(found.last.hypothesis, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)

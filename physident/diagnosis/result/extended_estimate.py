@@ -7,25 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.turning_speeds import with_widths_anew
 from physident.diagnosis.statistics.intervals import Uncertainty
-from physident.dynamics.model import Model
-from physident.dynamics.regressor import Regressor
-from physident.effects.effect import Effect
-from physident.effects.friction import CoulombFriction
-from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import WLS
 from physident.estimation.physical.certificate import Certificate
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.regressor_fit import fit_with_rests, smallest_share
-from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.estimation.uncertainty import correlation_rows
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Signals
 
 
 def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
@@ -34,7 +27,7 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
         signals = [replace(one, transition=None) for one in problem.signals]
-        effects, regressor = _with_widths_anew(problem, model, signals)
+        effects, regressor = with_widths_anew(problem, model, signals)
         given = problem.given
         return fit_with_rests(
             model.robot, effects, regressor, signals, recordings, given.estimator, problem.filter, given.layout
@@ -73,19 +66,6 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
         blocks=before.blocks,
         base_shares=tuple(float(d) for d in decided),
     )
-
-
-def _with_widths_anew(
-    problem: DiagnosisProblem, model: Model, signals: Sequence[Signals]
-) -> tuple[tuple[Effect, ...], Regressor]:
-    """The extended model's effects with the widths of dry friction that ``identify`` found found again, and their regressor: without
-    the effects that were missing, a width imitates them."""
-    opened = tuple(
-        replace(e, smoothing=None) if isinstance(e, CoulombFriction) and isinstance(e.smoothing, tuple) else e
-        for e in model.effects
-    )
-    regressor = settled_regressor(model.robot, opened, signals, problem.filter, model.theta)
-    return with_transitions(model.robot, opened, regressor, signals, problem.filter)
 
 
 def _scale(H: np.ndarray) -> np.ndarray:

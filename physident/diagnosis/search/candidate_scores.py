@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
 from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, left_out_gains
+from physident.diagnosis.statistics.stored_products import Key
 from physident.diagnosis.statistics.surrogates import phase_randomised
+from physident.effects.catalogue import effect_scope
 from physident.identifiability.visibility import VISIBLE
 from physident.large_arrays import blocks, steps
 from physident.processes import mapped
@@ -30,7 +33,8 @@ class CandidateScores:
     """Scores of all candidates beside a hypothesis.
 
     ``gain`` (C,): evidence on left-out rows; ``evidence_without_best_fold`` (C,): the same without the fold that supports it
-    most; ``visible_share`` (C,) of a candidate's columns outside the baseline; ``threshold``: what the best candidate
+    most; ``visible_share`` (C,) of a candidate's columns outside the baseline; ``chance``: the evidence without the
+    best fold (S,) that each reached on surrogates, by its name and joints; ``threshold``: what the best candidate
     reaches by chance. ``contact`` is the best contact, with thresholds of its own for its evidence and for its evidence
     without its strongest joint.
     """
@@ -39,14 +43,31 @@ class CandidateScores:
     gain: Array
     evidence_without_best_fold: Array
     visible_share: Array
+    chance: dict[Key, Array]
     threshold: float
     contact: ContactScan
     contact_threshold: float
     contact_threshold_without_best_joint: float
 
     def beats_chance(self, index: int) -> bool:
-        """Whether a candidate can be seen at all and beats the threshold even without its best fold."""
-        return self.visible_share[index] >= VISIBLE and self.evidence_without_best_fold[index] > self.threshold
+        """Whether a candidate can be seen at all and beats its threshold even without its best fold."""
+        if self.visible_share[index] < VISIBLE:
+            return False
+        key = self.hypothesis.data.candidates[index].key
+        return bool(self.evidence_without_best_fold[index] > self.threshold_of(key, self.hypothesis.accepted))
+
+    def threshold_of(self, key: Key, accepted: Sequence[AcceptedEffect]) -> float:
+        """What an effect, by its name and joints, must exceed beside others: what the best of all candidates reaches by chance.
+
+        Where most joints have the effect, what is found there has chosen the other joints, and only these few can be lucky.
+        """
+        name, _ = key
+        same = {one for one in self.chance if one[0] == name}
+        others = same - {one.candidate.key for one in accepted} | {key}
+        if not effect_scope(name).joins_joints or len(same) <= 2 * len(others) or key not in same:
+            return self.threshold
+        few = np.array([self.chance[one] for one in sorted(others)])
+        return min(self.threshold, effect_threshold(few, np.ones(len(few))))
 
 
 def rescore_candidates(hypothesis: Hypothesis, before: CandidateScores) -> CandidateScores:
@@ -76,13 +97,15 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
         scan = scan_contacts(hypothesis, responses, drawn.By)
         return judge.gains(drawn).evidence_without_best_fold, scan.evidence, scan.evidence_without_best_joint
 
-    chance, pushes, weaker = zip(*over_surrogates(hypothesis, scored), strict=True)
+    drawn, pushes, weaker = zip(*over_surrogates(hypothesis, scored), strict=True)
+    chance = np.concatenate(drawn, axis=1)
     return CandidateScores(
         hypothesis=hypothesis,
         gain=own.evidence[:, 0],
         evidence_without_best_fold=own.evidence_without_best_fold[:, 0],
         visible_share=visible,
-        threshold=effect_threshold(np.concatenate(chance, axis=1), visible),
+        chance={one.key: reached for one, reached in zip(data.candidates, chance, strict=True)},
+        threshold=effect_threshold(chance, visible),
         contact=contact,
         contact_threshold=contact_threshold(np.concatenate(pushes)),
         contact_threshold_without_best_joint=contact_threshold(np.concatenate(weaker)),

@@ -129,7 +129,8 @@ def _add_while_better(
         scores = rescore_candidates(hypothesis, scores)
         full = _count(problem, accepted) > HANDFUL
         if full or not is_beyond_doubt(scores):
-            scores = score_candidates(hypothesis)
+            fresh = score_candidates(hypothesis)
+            scores = replace(fresh, chance={**scores.chance, **fresh.chance})
         if full:
             break
     return accepted, first, scores
@@ -159,7 +160,7 @@ def without_redundant(
             continue
         hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)
         gain = _evidence_without_best_fold(hypothesis, one.candidate)
-        if not (gain > last.threshold and is_admissible(hypothesis, one.candidate)):
+        if not (gain > last.threshold_of(one.candidate.key, rest) and is_admissible(hypothesis, one.candidate)):
             kept = rest
     return kept
 

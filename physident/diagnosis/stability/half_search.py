@@ -6,7 +6,7 @@ numbers explain of noise, which is what it would explain of rows that are left o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,14 +27,18 @@ MORE = 5  # effects than the whole search found: a half that goes on beyond find
 
 
 def search_half(
-    stored: StoredProducts, units: Sequence[int] | NDArray[np.intp], whole: Hypothesis, threshold: float
+    stored: StoredProducts,
+    units: Sequence[int] | NDArray[np.intp],
+    whole: Hypothesis,
+    threshold: float,
+    lower: Mapping[Key, float],
 ) -> set[Key]:
     """The names and places of the effects that a forward search with removal accepts on some units.
 
-    It begins twice, with the default effects that the model lacks, as the search on all units did, and with what that search found,
+    Each must explain more than a ``threshold``, or than one that is ``lower`` for some. It begins twice, with the default effects that the model lacks, as the search on all units did, and with what that search found,
     and the shorter description of the half wins: one wrong first step must not decide.
     """
-    half = _Half(stored, stored.over(units), whole, threshold)
+    half = _Half(stored, stored.over(units), whole, {key: lower.get(key, threshold) for key in stored.options})
     own = {a.candidate.key for a in whole.problem.missing_default_effects}
     found = [
         Chosen(a.candidate.key, *stored.options[a.candidate.key][0])
@@ -48,19 +52,19 @@ def search_half(
 
 @dataclass(frozen=True, eq=False)
 class _Half:
-    """A half of the units, searched for what a ``whole`` search found; each effect must explain more than a ``threshold``."""
+    """A half of the units, searched for what a ``whole`` search found; each effect must explain more than its threshold."""
 
     stored: StoredProducts
     products: Products
     whole: Hypothesis
-    threshold: float
+    thresholds: Mapping[Key, float]
 
     def fit(self, chosen: Sequence[Chosen], start: Array | None = None) -> ProductFit:
         """The joint fit of some effects."""
         return fit_chosen(self.stored, self.products, chosen, self.whole, start)
 
     def length(self, chosen: Sequence[Chosen]) -> float:
-        """How long the description of the half by some effects is, each of which costs the threshold."""
+        """How long the description of the half by some effects is, each of which costs its threshold."""
         fit = self.fit(chosen)
         numbers = (
             float(fit.numbers[self.stored.baseline :].sum())
@@ -68,13 +72,13 @@ class _Half:
             else sum(len(one.columns) for one in chosen)
         )
         left = float(np.sum(self.products.worth * 2 * np.log(fit.fit.sigma)))
-        return left + fit.contradicted + _chance(fit, numbers) + len(chosen) * self.threshold
+        return left + fit.contradicted + _chance(fit, numbers) + sum(self.thresholds[c.key] for c in chosen)
 
     def with_more(self, start: Sequence[Chosen]) -> list[Chosen]:
         """The effects of a start and what a forward search adds to them."""
         chosen, now = list(start), self.fit(start)
         while len(chosen) < len(self.whole.accepted) + MORE:
-            better = _next(self.stored, now, chosen, self.whole, self.threshold)
+            better = _next(self.stored, now, chosen, self.whole, self.thresholds)
             if better is None:
                 break
             chosen.append(better)
@@ -86,21 +90,26 @@ class _Half:
         kept = list(chosen)
         while kept:
             now = self.fit(kept)
-            worth = [_evidence(self.fit([c for c in kept if c is not one], now.fit.sigma), now, one) for one in kept]
-            if min(worth) > self.threshold:
+            without = [self.fit([c for c in kept if c is not one], now.fit.sigma) for one in kept]
+            worth = [_evidence(b, now, one) - self.thresholds[one.key] for b, one in zip(without, kept, strict=True)]
+            if min(worth) > 0:
                 break
             del kept[int(np.argmin(worth))]
         return kept
 
 
 def _next(
-    stored: StoredProducts, now: ProductFit, chosen: Sequence[Chosen], whole: Hypothesis, threshold: float
+    stored: StoredProducts,
+    now: ProductFit,
+    chosen: Sequence[Chosen],
+    whole: Hypothesis,
+    thresholds: Mapping[Key, float],
 ) -> Chosen | None:
     """The effect of the largest gain that beats chance, is of use, and is physically possible."""
     for one in best_alone(stored, now, COMPARED, {c.key for c in chosen}):
         after = fit_chosen(stored, now.products, [*chosen, one], whole, now.fit.sigma)
         useful = 100 * np.max(1 - after.fit.sigma / now.fit.sigma) >= MIN_REDUCTION_PERCENT
-        if not useful or _evidence(now, after, one) <= threshold:
+        if not useful or _evidence(now, after, one) <= thresholds[one.key]:
             continue
         every = tuple(AcceptedEffect(Candidate(c.key[0], c.key[1], ()), c.effect) for c in (*chosen, one))
         if physical_contradiction(replace(whole, accepted=every, fit=after.fit)) is None:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
@@ -54,8 +55,14 @@ def stability_of(
     for _ in range(PAIRS):
         order = rng.permutation(stored.units)
         halves += [order[:half], order[half : 2 * half]]
-    found = mapped(lambda units: search_half(stored, units, hypothesis, HALF * last.threshold), halves)
+    lower = {c.accepted.candidate.key: HALF * _threshold(last, c.accepted) for c in checks}
+    found = mapped(lambda units: search_half(stored, units, hypothesis, HALF * last.threshold, lower), halves)
     for check in checks:
         same = {check.accepted.candidate.key, *(rival.key for rival in (*check.rivals, *check.same))}
         result[check.accepted.candidate.key] = sum(bool(same & keys) for keys in found) / len(found)
     return result
+
+
+def _threshold(last: CandidateScores, one: AcceptedEffect) -> float:
+    """What an accepted effect had to exceed beside the others."""
+    return last.threshold_of(one.candidate.key, [a for a in last.hypothesis.accepted if a is not one])

@@ -34,8 +34,9 @@ def with_transitions(
     regressor: Regressor,
     signals: Sequence[Signals],
     filter: Filter,
+    widest: Array | None = None,
 ) -> tuple[tuple[Effect, ...], Regressor]:
-    """The effects with every width of Coulomb friction set, and their regressor."""
+    """The effects with every width of Coulomb friction set, at most the ``widest`` (n,) [rad/s|m/s], and their regressor."""
     places = [i for i, e in enumerate(effects) if isinstance(e, CoulombFriction) and e.smoothing is None]
     if not places:
         return effects, regressor
@@ -49,7 +50,7 @@ def with_transitions(
         tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter).joints for width in WIDTHS]
         independent = find_base_parameters(robot, effects).independent
         widths = [
-            _best_width(regressor, tried, weights, j, k, independent, filter.cutoff)
+            _best_width(regressor, tried[: _count(widest, j)], weights, j, k, independent, filter.cutoff)
             for k, j in enumerate(effect.active(robot))
         ]
         found[place] = replace(effect, smoothing=tuple(widths))
@@ -68,6 +69,11 @@ def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Fil
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
     effects, _ = with_transitions(model.robot, model.effects, regressor, signals, filter)
     return replace(model, effects=effects)
+
+
+def _count(widest: Array | None, j: int) -> int:
+    """How many widths are tried for joint j (index)."""
+    return len(WIDTHS) if widest is None else int(np.searchsorted(WIDTHS, widest[j], side="right"))
 
 
 def _best_width(
