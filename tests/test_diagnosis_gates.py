@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, contradiction
@@ -80,6 +81,20 @@ def test_one_fold_is_not_enough_and_what_the_baseline_can_imitate_is_nothing(
     assert replace(
         one, evidence_without_best_fold=one.gain, visible_share=np.ones_like(one.visible_share)
     ).beats_chance(0)
+
+
+@pytest.mark.parametrize(("found", "few"), [((1, 2, 4, 6), True), ((1, 2, 4), False), ((), False)])
+def test_where_most_joints_have_an_effect_only_the_others_can_be_lucky(
+    seen: CandidateScores, found: tuple[int, ...], few: bool
+) -> None:
+    name, draws = "nonlinear_viscous_friction", np.linspace(0.0, 1.0, 101)
+    candidates = {c.key: c for c in seen.hypothesis.data.candidates if c.name == name}
+    scores = replace(seen, chance={key: 10.0 * key[1][0] + draws for key in candidates}, threshold=80.0)
+    accepted = [AcceptedEffect(candidates[name, (j,)], candidates[name, (j,)].options[0].effect) for j in found]
+    # of joints 3 and 5, the fifth is the luckier one on every draw
+    assert scores.threshold_of((name, (3,)), accepted) == pytest.approx(50.99 if few else 80.0)
+    assert replace(scores, threshold=20.0).threshold_of((name, (3,)), accepted) == 20.0
+    assert scores.threshold_of(("payload", ()), accepted) == 80.0
 
 
 def test_friction_that_would_drive_its_joint_is_not_named(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:

@@ -67,7 +67,7 @@ def test_a_half_finds_what_is_there_and_little_else(last: CandidateScores) -> No
     state = last.hypothesis
     stored = store_products(state)
     found = [
-        half_search.search_half(stored, range(k, stored.units, 2), state, stability.HALF * last.threshold)
+        half_search.search_half(stored, range(k, stored.units, 2), state, stability.HALF * last.threshold, {})
         for k in range(2)
     ]
     for keys in found:
@@ -110,7 +110,9 @@ def test_what_earlier_rows_said_of_the_model_speaks_in_a_half_too(first: Candida
     """The model could take up doubled friction, but only against what its own recordings said of it."""
     state = first.hypothesis
     stored = store_products(state)
-    half = half_search._Half(stored, stored.over(range(stored.units)), state, first.threshold)
+    half = half_search._Half(
+        stored, stored.over(range(stored.units)), state, dict.fromkeys(stored.options, first.threshold)
+    )
     effect, columns = stored.options[TRUE[0]][0]
     true = Chosen(TRUE[0], effect, columns)
     before, after = half.fit([]), half.fit([true])
@@ -143,10 +145,10 @@ def test_halves_are_pairs_that_share_no_unit(
 ) -> None:
     seen: list[set[int]] = []
 
-    def remember(stored: object, units: np.ndarray, whole: Hypothesis, threshold: float) -> set:
+    def remember(stored: object, units: np.ndarray, whole: Hypothesis, threshold: float, lower: dict) -> set:
         seen.append({*units.tolist()})
         assert len(seen[-1]) == len(units)
-        assert threshold < last.threshold
+        assert max(threshold, *lower.values()) < last.threshold
         return set()
 
     monkeypatch.setenv(VARIABLE, "1")  # what another process sees is not seen here

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.learned.curves import LearnedPositionFriction, LearnedTemperature
+from physident.effects.learned.curves import LearnedPositionFriction, LearnedTemperature, LearnedTime
 from physident.identifiability.base_parameters import random_motion
 
 PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
@@ -88,3 +88,16 @@ def test_friction_over_temperature_is_learned_where_there_is_one(ur5: pid.Robot,
     signals = [pid.prepare(one, pid.Filter()) for one in (*warm, runs[0])]
     assert LearnedTemperature.is_shown(signals[:3], 1)
     assert not LearnedTemperature.is_shown(signals, 1)  # the last one has no temperature
+
+
+def test_time_is_no_quantity_of_its_own_where_every_recording_is_of_one_motion(
+    ur5: pid.Robot, runs: list[pid.Recording]
+) -> None:
+    signals = [pid.prepare(one, pid.Filter()) for one in runs]
+    later = replace(signals[0], time=signals[0].time + 100.0, origin=signals[0].origin + 100.0)
+    noisy = replace(later, q=later.q + 1e-3 * np.random.default_rng(0).standard_normal(later.q.shape))
+    for joint in range(ur5.n):
+        assert LearnedTime.is_shown(signals, joint)
+        assert LearnedTime.is_shown(signals[:1], joint)
+        assert LearnedTime.is_shown([signals[0], later, signals[1]], joint)
+        assert not LearnedTime.is_shown([signals[0], later, noisy], joint)

@@ -18,6 +18,8 @@ from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
+COMPARED = 500  # times since the starts of recordings
+ONE_MOTION = 0.1  # of a position's variance: of two unlike motions it is half, of three two thirds
 FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
 
 
@@ -209,6 +211,15 @@ class LearnedTime(LearnedCurve):
     quantity_unit: ClassVar[str] = "s"
     dependence: ClassVar[str] = "time"
     middle: ClassVar[tuple[float, float]] = (0.0, 100.0)
+
+    @classmethod
+    def is_shown(cls, signals: Sequence[Signals], joint: int) -> bool:
+        """Where all recordings are of one motion, a function of time is one of the joint's state, and every error of the model is both."""
+        until = min(float(one.time[-1] - one.origin) for one in signals)
+        since = np.linspace(0.0, until, COMPARED)
+        q = np.array([np.interp(since, one.time - one.origin, one.q[:, joint]) for one in signals])
+        apart = float(np.mean(np.var(q, axis=0)))  # between recordings, at one time since their starts
+        return len(signals) == 1 or apart > ONE_MOTION * float(np.var(q))
 
     def quantity(self, signals: Signals) -> Array | None:
         return np.tile((signals.time - signals.origin)[:, None], signals.q.shape[1])

@@ -1,0 +1,88 @@
+"""Friction that builds up over a distance makes it seem to turn slowly: found beside it, the turn is sharper, and nothing else is missing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
+from physident.diagnosis.search.forward_search import SearchResult, search_effects
+from physident.diagnosis.search.turning_speeds import _with_speeds_beside, search_with_turning_speeds
+from physident.estimation.identify import prepare_all
+from tests.plant import Arm, Sensors, hide, multisine, record
+
+SLIP = 0.003  # rad
+LEVELS = (8.0, 8.0, 5.0, 1.5, 1.5, 1.5)  # N m of friction that builds up over the slip
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
+    """Three recordings of an arm whose every joint slips before it slides."""
+    arm, folder = Arm(), tmp_path_factory.mktemp("slipping")
+    for joint, level in enumerate(LEVELS, 1):
+        arm = hide(arm, "presliding_hysteresis", joint, level / SLIP, slip=SLIP)
+    for seed in (31, 33, 35):
+        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+    return [pid.load_recording(folder / f"{seed}.csv") for seed in (31, 33, 35)]
+
+
+@pytest.fixture(scope="module")
+def problem(ur5: pid.Robot, runs: list[pid.Recording]) -> DiagnosisProblem:
+    estimate = pid.identify(ur5, runs[:2])
+    signals = prepare_all(ur5, runs[:2], estimate.filter)
+    return state_problem("missing", estimate, signals, estimate.filter, 0)
+
+
+@pytest.fixture(scope="module")
+def once(problem: DiagnosisProblem) -> SearchResult:
+    return search_effects(problem)
+
+
+@pytest.fixture(scope="module")
+def again(problem: DiagnosisProblem) -> SearchResult:
+    return search_with_turning_speeds(problem)
+
+
+def widths(found: SearchResult) -> np.ndarray:
+    robot = found.last.hypothesis.problem.model.robot
+    (own,) = (w for e in found.last.hypothesis.problem.model.effects if (w := e.transition(robot)) is not None)
+    return own
+
+
+def named(found: SearchResult) -> set[str]:
+    return {f"{one.candidate.name} {one.candidate.joints[0]}" for one in found.accepted}
+
+
+def test_what_a_slow_turn_imitates_is_named_only_by_a_single_search(once: SearchResult, again: SearchResult) -> None:
+    slipping = {f"presliding_hysteresis {joint}" for joint in range(1, 7)}
+    assert named(once) > slipping  # and laws that the arm does not have
+    assert named(again) == slipping
+
+
+def test_beside_what_was_found_friction_turns_faster_and_never_slower(once: SearchResult, again: SearchResult) -> None:
+    assert (widths(again) <= widths(once)).all()
+    assert np.median(widths(again) / widths(once)) <= 0.5
+
+
+def test_the_extended_model_is_closer_to_a_run_that_it_never_saw(
+    runs: list[pid.Recording], again: SearchResult
+) -> None:
+    default = again.last.hypothesis.problem.given
+    assert isinstance(default, pid.Estimate)
+    given = pid.identify(default.model.robot, runs[:2])
+    found = pid.diagnose_motion(given, runs[:2])
+    assert found.estimate is not None
+    gain = pid.validate(found.estimate, runs[2:]).relative_all / pid.validate(given, runs[2:]).relative_all
+    assert np.max(gain) < 0.6
+
+
+def test_the_turn_of_another_days_model_is_part_of_what_is_asked(once: SearchResult) -> None:
+    assert _with_speeds_beside(once) is not None
+    last = once.last
+    asked = replace(last.hypothesis.problem, question="different")
+    other = replace(once, last=replace(last, hypothesis=replace(last.hypothesis, problem=asked)))
+    assert _with_speeds_beside(other) is None
+    assert _with_speeds_beside(replace(once, accepted=())) is None
