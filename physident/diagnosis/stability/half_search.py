@@ -35,8 +35,9 @@ def search_half(
 ) -> set[Key]:
     """The names and places of the effects that a forward search with removal accepts on some units.
 
-    Each must explain more than a ``threshold``, or than one that is ``lower`` for some. It begins twice, with the default effects that the model lacks, as the search on all units did, and with what that search found,
-    and the shorter description of the half wins: one wrong first step must not decide.
+    Each must explain more than a ``threshold``, or than one that is ``lower`` for some. It begins twice, with the default effects
+    that the model lacks, as the search on all units did, and with what that search found, and the shorter description of the half
+    wins: one wrong first step must not decide.
     """
     half = _Half(stored, stored.over(units), whole, {key: lower.get(key, threshold) for key in stored.options})
     own = {a.candidate.key for a in whole.problem.missing_default_effects}

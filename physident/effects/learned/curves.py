@@ -19,7 +19,7 @@ from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 COMPARED = 500  # times since the starts of recordings
-ONE_MOTION = 0.1  # of a position's variance: of two unlike motions it is half, of three two thirds
+ONE_MOTION = 0.1  # of a position's variance; two motions that have nothing in common are apart by twice that variance
 FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
 
 
@@ -214,12 +214,12 @@ class LearnedTime(LearnedCurve):
 
     @classmethod
     def is_shown(cls, signals: Sequence[Signals], joint: int) -> bool:
-        """Where all recordings are of one motion, a function of time is one of the joint's state, and every error of the model is both."""
+        """Where no two recordings are of one motion: of two that are, one predicts every error of the model in the other by its time."""
         until = min(float(one.time[-1] - one.origin) for one in signals)
         since = np.linspace(0.0, until, COMPARED)
         q = np.array([np.interp(since, one.time - one.origin, one.q[:, joint]) for one in signals])
-        apart = float(np.mean(np.var(q, axis=0)))  # between recordings, at one time since their starts
-        return len(signals) == 1 or apart > ONE_MOTION * float(np.var(q))
+        apart = [np.mean((a - b) ** 2) for k, a in enumerate(q) for b in q[:k]]
+        return not apart or float(min(apart)) > ONE_MOTION * float(np.var(q))
 
     def quantity(self, signals: Signals) -> Array | None:
         return np.tile((signals.time - signals.origin)[:, None], signals.q.shape[1])
