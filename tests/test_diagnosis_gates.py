@@ -17,6 +17,7 @@ from physident.diagnosis.search.contact_scan import scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
+from physident.effects.catalogue import make_effects
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.white_noise import white_noise
 from tests.opened import opened
@@ -90,7 +91,7 @@ def test_where_most_joints_have_an_effect_only_the_others_can_be_lucky(
     name, draws = "nonlinear_viscous_friction", np.linspace(0.0, 1.0, 101)
     candidates = {c.key: c for c in seen.hypothesis.data.candidates if c.name == name}
     scores = replace(seen, chance={key: 10.0 * key[1][0] + draws for key in candidates}, threshold=80.0)
-    accepted = [AcceptedEffect(candidates[name, (j,)], candidates[name, (j,)].options[0].effect) for j in found]
+    accepted = [AcceptedEffect(candidates[name, (j,)], make_effects(name)[0]) for j in found]
     # of joints 3 and 5, the fifth is the luckier one on every draw
     assert scores.threshold_of((name, (3,)), accepted) == pytest.approx(50.99 if few else 80.0)
     assert replace(scores, threshold=20.0).threshold_of((name, (3,)), accepted) == 20.0

@@ -10,12 +10,12 @@ import pytest
 import physident as pid
 from physident.diagnosis.problem.candidates import Candidate
 from physident.diagnosis.result.values import _shapes
+from physident.diagnosis.rivals.rivals import check_rivals
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
-from physident.diagnosis.search.rivals import check_rivals
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from tests.opened import opened
 from tests.plant import Arm

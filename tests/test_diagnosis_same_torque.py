@@ -14,11 +14,11 @@ from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.advice import other_rival
 from physident.diagnosis.result.assemble import _joined
 from physident.diagnosis.result.findings import Rival
+from physident.diagnosis.rivals.rivals import check_rivals
+from physident.diagnosis.rivals.same_torque import random_motion, same_torque
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
-from physident.diagnosis.search.rivals import check_rivals
-from physident.diagnosis.search.same_torque import random_motion, same_torque
 from physident.estimation.identify import prepare_all
 from tests.serial_arms import ARMS, urdf
 

@@ -11,10 +11,10 @@ import physident as pid
 from physident.diagnosis.grading.grades import graded
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.assemble import make_findings
+from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
-from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability import half_search, stability
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.stability.stability import STABLE, stability_of

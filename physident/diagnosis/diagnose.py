@@ -27,11 +27,11 @@ from physident.diagnosis.result.errors import errors_before_and_after
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
+from physident.diagnosis.rivals.rivals import check_rivals
+from physident.diagnosis.rivals.same_torque import same_torque
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
-from physident.diagnosis.search.rivals import check_rivals
-from physident.diagnosis.search.same_torque import same_torque
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.stability.doubts import trust_in

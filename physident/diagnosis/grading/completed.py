@@ -18,8 +18,8 @@ from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
+from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.errors import PhysidentError, warn

@@ -16,9 +16,9 @@ from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
 from physident.diagnosis.result.values import parameter_values
+from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
-from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.effects.catalogue import effect_scope

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from physident.diagnosis.grading.signs import OPPOSITE, changes_sign
 from physident.diagnosis.result.wording import searches_in_words
+from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.candidate_scores import CandidateScores
-from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability.stability import STABLE, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.stored_products import Key

@@ -12,9 +12,9 @@ import numpy as np
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
+from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
-from physident.diagnosis.search.rivals import RivalCheck
 from physident.diagnosis.stability.half_search import search_half
 from physident.diagnosis.statistics.stored_products import Key, store_products
 from physident.identifiability.visibility import VISIBLE
