@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.agreement import as_recordings_agree
@@ -17,41 +15,38 @@ from physident.diagnosis.grading.grades import expected_error, graded, is_patchw
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.learned.learn import learn_curves
-from physident.diagnosis.problem.candidates import candidate_effects
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
+from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
 from physident.diagnosis.result.extended_estimate import extended_estimate
-from physident.diagnosis.result.findings import Finding, Placebo, Role, Unseen, UnseenReason, UsedRecording, Verdict
+from physident.diagnosis.result.findings import Finding, Role, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.rivals.rivals import check_rivals
 from physident.diagnosis.rivals.same_torque import same_torque
-from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.search.side_results import placebos_of, refuse_if_placebos_pass, unseen_effects
 from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
-from physident.errors import InputError, NotSolvedError
+from physident.errors import InputError
 from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.regressor_fit import shared_gains
-from physident.identifiability.visibility import VISIBLE
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, as_filter
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
-
-SILENT = 1e-9  # N m a unit: rounding
 
 
 @one_thread
@@ -124,15 +119,21 @@ def diagnose_motion(
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
     control = _control(estimate, before, question)
     original, complete = as_estimate(model, used_filter), None
+    before_signals = prepare_all(given.robot, control, used_filter)
+    comparison = compare_with_control(given, signals, before_signals)
     if estimate and control and before is None:
-        complete = complete_model(estimate, control, with_torque, seed, progress)
-        model = estimate = complete.estimate
-        model = estimate = as_recordings_agree(estimate, prepare_all(given.robot, control, used_filter))
-    asked = state_problem(question, model, signals, used_filter, seed, recording_offsets)
+        if not comparison.compared:  # what was taken off cannot be taken for a change
+            complete = complete_model(estimate, control, with_torque, seed, progress)
+            estimate = complete.estimate
+        model = estimate = as_recordings_agree(estimate, before_signals)
+    beside = [None if k is None else control[k].source for k in comparison.partner]
+    asked = state_problem(
+        question, model, comparison.signals, used_filter, seed, recording_offsets, comparison.compared
+    )
     found = learn_curves(search_with_turning_speeds(asked, progress), progress)
     problem = found.last.hypothesis.problem
-    placebos = _placebos(found.last)
-    _refuse_if_placebos_pass(placebos)
+    placebos = placebos_of(found.last)
+    refuse_if_placebos_pass(placebos)
     last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
@@ -147,8 +148,10 @@ def diagnose_motion(
     expected = expected_error(hypothesis, estimate, floor)
     every = graded(hypothesis, found_effects, expected, controlled=bool(control))
     findings, since_before = _apart(hypothesis, every, alike)
-    findings = held_to_unseen(hypothesis, with_confounder(findings, control, recordings), holdout, gains)
-    patchwork = is_patchwork(found.overfull, bool(control), findings)
+    findings = held_to_unseen(
+        hypothesis, with_confounder(findings, control, recordings), holdout, gains, before_signals
+    )
+    patchwork = is_patchwork(found.overfull, bool(control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
     extended = None
@@ -162,8 +165,9 @@ def diagnose_motion(
         extended = replace(complete.estimate, layout=layout, drive_gains=gains)
     causes = any(finding.grade == "cause" for finding in findings)
     error_before, error_after = errors_before_and_after(
-        original, settled_hypothesis(asked, ()), sure, extended, with_torque, holdout
-    )
+        original, settled_hypothesis(asked, ()), sure, extended, with_torque, holdout,
+        comparison.taken_off(given, used_filter) if comparison.compared else None,
+    )  # fmt: skip
     return Diagnosis(
         question=question,
         verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
@@ -176,9 +180,9 @@ def diagnose_motion(
         scored_on="holdout" if holdout else "left-out rows",
         noise_floor=floor,
         placebos=placebos,
-        unseen=_unseen(found.first),
+        unseen=unseen_effects(found.first),
         unexplained=unexplained,
-        recordings=(*_used(recordings, "diagnosed"), *_used(holdout, "holdout")),
+        recordings=(*_used(recordings, "diagnosed", beside), *_used(holdout, "holdout")),
         model=given,
         extended=extended.model if extended else None,
         estimate=extended,
@@ -254,47 +258,14 @@ def _verdict(found: bool, structured: bool) -> Verdict:
     return "unexplained" if structured else "nothing_missing"
 
 
-def _placebos(last: CandidateScores) -> tuple[Placebo, ...]:
-    return tuple(
-        Placebo(c.name, c.joints[0], float(gain), last.threshold)
-        for c, gain in zip(last.hypothesis.data.candidates, last.evidence_without_best_fold, strict=True)
-        if c.placebo
-    )
-
-
-def _refuse_if_placebos_pass(placebos: Sequence[Placebo]) -> None:
-    """Where columns that cannot be causes all pass as causes, no answer on these recordings means anything."""
-    if placebos and all(placebo.passed for placebo in placebos):
-        raise NotSolvedError(
-            f"all {len(placebos)} placebos, which cannot be causes, exceed the threshold: these recordings cannot be judged;"
-            " inspect them, or record longer motions"
-        )
-
-
-def _unseen(first: CandidateScores) -> tuple[Unseen, ...]:
-    """Effects that lie inside the baseline, show no torque, or need a wider motion, when the search begins."""
-    hypothesis = first.hypothesis
-    places = candidate_effects(hypothesis.problem.model, hypothesis.problem.signals)
-    result = [
-        Unseen(name, joints, "of a joint that moves too little") for name, joints, options in places if not options
-    ]
-    for candidate, share in zip(hypothesis.data.candidates, first.visible_share, strict=True):
-        if share >= VISIBLE or candidate.placebo:
-            continue
-        columns = hypothesis.data.columns(candidate.options[0].columns)
-        silent = max(float(np.abs(values).max(initial=0.0)) for _, values in columns.joints) < SILENT
-        reason: UnseenReason = "shows no torque" if silent else "inside what the baseline may take up"
-        if hypothesis.problem.is_friction_of_resting_joint(candidate):
-            reason = "of a joint that does not move"
-        result.append(Unseen(candidate.name, candidate.joints, reason))
-    return tuple(result)
-
-
 def _listed(model: Estimate | Model, given: Recordings, columns: str | None) -> list[Recording]:
     estimate = model if isinstance(model, Estimate) else None
     robot = model.robot if isinstance(model, Model) else model.model.robot
     return as_recordings(given, robot, estimate.layout if estimate else columns)
 
 
-def _used(recordings: Sequence[Recording], role: Role) -> tuple[UsedRecording, ...]:
-    return tuple(UsedRecording(r.source, r.sha256, role) for r in recordings)
+def _used(
+    recordings: Sequence[Recording], role: Role, repeats: Sequence[str | None] | None = None
+) -> tuple[UsedRecording, ...]:
+    beside = repeats or [None] * len(recordings)
+    return tuple(UsedRecording(r.source, r.sha256, role, other) for r, other in zip(recordings, beside, strict=True))

@@ -22,6 +22,8 @@ from physident.excitation.session.loads import with_load
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.questions import OpenQuestion
 from physident.excitation.session.session import Leg, Session
+from physident.recordings.load import Recordings, as_recordings
+from physident.recordings.preparation import prepare
 from physident.robots.robot import Robot
 from physident.threads import one_thread
 
@@ -44,6 +46,7 @@ def design_session(
     minutes: float | None = None,
     questions: Sequence[OpenQuestion] | None = None,
     noise: float | None = None,
+    repeat: Recordings = (),
     **settings: Any,
 ) -> Session:
     """Design several motions at two or more speeds, without and with a ``load`` [kg] at the tool, and one to hold out.
@@ -54,7 +57,8 @@ def design_session(
 
     With ``minutes``, the session is planned instead: of many motions that keep every limit, it has those that within that time
     answer most of ``questions``, by default whether each effect of the catalogue is there; ``noise`` [N m|N] is the RMS of the
-    torque noise after the filter, where ``source`` is no estimate.
+    torque noise after the filter, where ``source`` is no estimate. It begins with the motions of recordings to ``repeat``: made again, they
+    show what has changed beside anything that a model lacks.
 
     Raises InputError for a load or speeds that cannot be used, fewer than two motions, and a loaded leg beyond a limit.
     """
@@ -69,7 +73,11 @@ def design_session(
             seed=seed,
             **settings,
         )
-        return _planned(source, budget, questions, noise, progress)
+        return _planned(source, budget, questions, noise, repeat, progress)
+    if repeat != ():
+        raise InputError(
+            "repeat was given without minutes; expected both, because only a planned session repeats motions"
+        )
     check_counts(motions=motions)
     if motions < 2 or len(speeds) < 2 or not all(0 < s <= 1 for s in speeds) or len(set(speeds)) < len(speeds):
         raise InputError(
@@ -102,6 +110,7 @@ def _planned(
     budget: Budget,
     questions: Sequence[OpenQuestion] | None,
     noise: float | None,
+    repeat: Recordings,
     progress: Callable[[float], None],
 ) -> Session:
     """The session that was planned for some questions, or for the first visit to an arm."""
@@ -113,7 +122,8 @@ def _planned(
     known = isinstance(source, Estimate) and noise is None and bool(source.sigma.any())
     torque_noise, words = noise_of(source) if known else assumed_noise(model, noise)  # pyright: ignore[reportArgumentType]
     asked = first_questions(model) if questions is None else questions
-    return plan_session(model, asked, torque_noise, budget, noise_words=words, progress=progress)
+    again = [prepare(one, torque_noise.filter) for one in as_recordings(repeat, model.robot)]
+    return plan_session(model, asked, torque_noise, budget, noise_words=words, progress=progress, repeat=again)
 
 
 def slowed(trajectory: Trajectory, speed: float) -> Trajectory:

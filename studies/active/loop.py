@@ -86,7 +86,10 @@ def hidden_arm(index: int) -> HiddenArm:
     place = 2 * index  # the even ones stand before pinocchio's plant
     one = bench("first", GROUP, place)
     one = replace(one, sensors=replace(one.sensors, rate=RATE))
-    estimate = identified("first", GROUP, place)
+    path = folder_of(index) / "healthy.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    identified("first", GROUP, place).save(path)
+    estimate = pid.load_estimate(path)
     rng = np.random.default_rng([GROUP, index, 1])
     ground = Ground(one.arm, scale_of(one.arm), DURATION)
     healthy = one.record(folder_of(index) / "healthy", 10 * index, 0.0)
@@ -159,7 +162,10 @@ def _motions(arm: HiddenArm, way: Way, number: int, found: pid.Diagnosis | None)
     budget = Budget(minutes=PIECES * LENGTH / 60, limits="joint", table=None, seed=seed, pool=POOL)
     if found is None:
         estimate = replace(arm.estimate, model=limited)
-        session = pid.design_session(estimate, minutes=budget.minutes, limits="joint", table=None, seed=seed, pool=POOL)
+        session = pid.design_session(
+            estimate, minutes=budget.minutes, limits="joint", table=None, seed=seed, pool=POOL,
+            repeat=[source.path for source in estimate.sources],
+        )  # fmt: skip
     else:
         extended = None if found.extended is None else replace(found.extended, robot=arm.robot)
         session = plan_next(replace(found, model=limited, extended=extended), budget)
@@ -170,13 +176,18 @@ def _motions(arm: HiddenArm, way: Way, number: int, found: pid.Diagnosis | None)
 def judged(hidden: tuple[HiddenEffect, ...], found: pid.Diagnosis) -> tuple[list[bool], list[str]]:
     """For each hidden effect, whether it is named alone with its value within a tenth; and causes that nobody hid."""
     causes, _ = split(found)
-    right = [any(_is(truth, f) and not f.rivals and _value_fits(truth, f) for f in causes) for truth in hidden]
+    right = [any(_is(truth, f) and _alone(f) and _value_fits(truth, f) for f in causes) for truth in hidden]
     false = []
     for finding in causes:
         for joint in finding.joints or (0,):
             if not any(t.effect == finding.effect and (not t.joints or joint in t.joints) for t in hidden):
                 false.append(f"{finding.effect} {joint}".strip())
     return right, false
+
+
+def _alone(finding: Any) -> bool:
+    """Whether no rival is left that some motion could tell apart."""
+    return all(rival.inseparable for rival in finding.rivals)
 
 
 def _is(truth: HiddenEffect, finding: Any) -> bool:

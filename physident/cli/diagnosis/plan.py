@@ -35,6 +35,14 @@ def plan(
     joints: JointsOption = None,
     lock: LockOption = None,
     tool: ToolOption = None,
+    repeat: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--repeat",
+            metavar="FILE",
+            help="With --robot: a recording whose motion is recorded again, to be compared row by row; may be repeated.",
+        ),
+    ] = None,
     minutes: Annotated[
         float, typer.Option("--minutes", metavar="MIN", help="Time in motion [min], all pieces together.")
     ] = 3.0,
@@ -100,6 +108,11 @@ def plan(
         raise InputError(
             "--noise and --diagnosis were both given, expected --noise with --robot only: a diagnosis has its noise"
         )
+    if repeat and diagnosis is not None:
+        raise InputError(
+            "--repeat and --diagnosis were both given, expected --repeat with --robot only: a diagnosis of a change knows the"
+            " recordings of its model"
+        )
     if not 0 < rate <= MAX_RATE:
         raise InputError(f"--rate is {rate} Hz, expected a positive number up to {MAX_RATE:g}")
     height = None if no_table else table
@@ -127,7 +140,7 @@ def plan(
         else:
             assert arm is not None
             shown = arm if robot_limits is None else with_limits(arm, robot_limits)
-            session = design_session(shown, noise=noise, progress=progress, **settings)
+            session = design_session(shown, noise=noise, repeat=repeat or (), progress=progress, **settings)
     folder = _made(out)
     preview = folder / "preview.rrd"
     record: dict[str, Any] = {

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.grading.scatter import ALIKE, Scatter, block_variances, scatter_between
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -54,8 +55,15 @@ def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
 
 
 def alike_before(hypothesis: Hypothesis, control: Sequence[Recording]) -> frozenset[Key]:
-    """The accepted effects that the control shows alike; none without a control, and no contact, which belongs to one recording."""
-    tested = [i for i, one in enumerate(hypothesis.accepted) if one.candidate is not CONTACT]
+    """The accepted effects that the control shows alike; none without a control, and no contact, which belongs to one recording.
+
+    What compared recordings decide is a change: the control was taken off them.
+    """
+    tested = [
+        i
+        for i, one in enumerate(hypothesis.accepted)
+        if one.candidate is not CONTACT and not is_shown_by_comparison(hypothesis, i)
+    ]
     if not control or not tested:
         return frozenset()
     signals = prepare_all(hypothesis.problem.model.robot, control, hypothesis.problem.filter)

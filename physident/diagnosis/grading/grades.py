@@ -20,9 +20,18 @@ NOTICED = 0.1  # of the power of what even a right model leaves: below, the RMS 
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 
 
-def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> Array:
-    """RMS (n,) [N m|N] that even a right model leaves: noise of the torque, what does not repeat, and, where the question is
-    what changed, what the model left on its own recordings."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExpectedError:
+    """RMS (n,) [N m|N] of the rows of a diagnosis without what is diagnosed: ``right`` is what even a right model leaves there, ``usual``
+    what the model errs by anyway, beside which a cause has to be noticed."""
+
+    right: Array
+    usual: Array
+
+
+def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> ExpectedError:
+    """Noise of the torque, what does not repeat, and, where the question is what changed, what the model left on its own
+    recordings: that is taken off where all recordings are compared, and only what is usual."""
     problem = hypothesis.problem
     white = []
     for signals in problem.signals:
@@ -32,13 +41,15 @@ def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floo
     levels = [np.mean(white, axis=0)]
     if noise_floor is not None:
         levels.append(noise_floor)
-    if estimate is not None and problem.question == "different":
-        levels.append(np.asarray(estimate.sigma))
-    return np.max(levels, axis=0)
+    noise = np.max(levels, axis=0)
+    if estimate is None or problem.question != "different":
+        return ExpectedError(right=noise, usual=noise)
+    usual = np.maximum(noise, estimate.sigma)
+    return ExpectedError(right=noise if problem.all_compared else usual, usual=usual)
 
 
 def graded(
-    hypothesis: Hypothesis, findings: Sequence[Finding], expected: Array, controlled: bool = False
+    hypothesis: Hypothesis, findings: Sequence[Finding], expected: ExpectedError, controlled: bool = False
 ) -> tuple[Finding, ...]:
     """The findings with their grades, causes first, each in order of what it takes.
 
@@ -50,10 +61,11 @@ def graded(
     return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
 
 
-def is_patchwork(overfull: bool, controlled: bool, findings: Sequence[Finding]) -> bool:
+def is_patchwork(overfull: bool, controlled: bool, compared: bool, findings: Sequence[Finding]) -> bool:
     """Whether the ``findings`` of a search that found more than a handful would prove nothing. Where the search was ``controlled``,
-    each of them was held against the control by itself, and only those that changed are left: these must be more than a handful."""
-    return overfull and (not controlled or len(findings) > HANDFUL)
+    each of them was held against the control by itself, and only those that changed are left: these must be more than a handful.
+    Where all recordings are ``compared``, no baseline is wrong: its error was taken off."""
+    return overfull and not compared and (not controlled or len(findings) > HANDFUL)
 
 
 def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -65,15 +77,19 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     )
 
 
-def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlled: bool) -> Finding:
-    weights = np.ones(len(expected)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
+def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, controlled: bool) -> Finding:
+    weights = (
+        np.ones(len(expected.right)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
+    )
     weights = weights / hypothesis.fit.sigma**2
     problem = hypothesis.problem
     counted = (
         problem.regressor.counted
     )  # errors are those of rows weighted by what their rests leave open, so the noise is too
     trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
-    right = float(np.sum(weights * trusted * expected**2) / np.sum(weights))
+    right, usual = (
+        float(np.sum(weights * trusted * level**2) / np.sum(weights)) for level in (expected.right, expected.usual)
+    )
     whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)
     share = noticed = _Share.of(*_while_it_lasts(hypothesis, finding), right) if finding.intervals else whole
     if (
@@ -84,7 +100,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: Array, controlle
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = holds_old and not controlled
     least = NOTICED_WHILE if finding.intervals else NOTICED
-    is_cause = share.takes > share.leaves and noticed.takes > least * right and not vague
+    is_cause = share.takes > share.leaves and noticed.takes > least * usual and not vague
     grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)

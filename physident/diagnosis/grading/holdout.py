@@ -8,13 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import members, without_effects
+from physident.diagnosis.grading.members import is_shown_by_comparison, members, without_effects
+from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.model import Model
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import predictions_of
 from physident.recordings.recording import Recording
+from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 UNSEEN = "not confirmed on unseen data"
@@ -25,13 +27,18 @@ def held_to_unseen(
     findings: Sequence[Finding],
     holdout: Sequence[Recording],
     drive_gains: tuple[float, ...] | None,
+    control: Sequence[Signals] = (),
 ) -> tuple[Finding, ...]:
     """The findings, those as hints with which the holdout's error on their joints is larger than without them, all others
-    refitted. A contact belongs to its own recording and stays."""
+    refitted. A contact belongs to its own recording and stays.
+
+    What a comparison with the ``control`` shows is judged by unseen recordings that are compared too, and stays where there is none:
+    along any other motion the model errs by more than what has changed.
+    """
     if not holdout:
         return tuple(findings)
     groups = [[] if finding.intervals else members(hypothesis, finding) for finding in findings]
-    worse = made_worse(hypothesis, groups, holdout, drive_gains)
+    worse = made_worse(hypothesis, groups, holdout, drive_gains, control)
     return tuple(
         replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad else finding
         for finding, bad in zip(findings, worse, strict=True)
@@ -43,19 +50,26 @@ def made_worse(
     groups: Sequence[Sequence[int]],
     holdout: Sequence[Recording],
     drive_gains: tuple[float, ...] | None,
+    control: Sequence[Signals] = (),
 ) -> list[bool]:
     """Whether the holdout's error on its joints is larger with each group of accepted effects (their indices) than without it."""
     problem = hypothesis.problem
     with_torque = [recording.with_default_drive_gains(drive_gains) for recording in holdout]
-    signals = prepare_all(problem.model.robot, with_torque, problem.filter)
+    beside = compare_with_control(problem.model, prepare_all(problem.model.robot, with_torque, problem.filter), control)
 
-    def errors(model: Model) -> Array:
-        """Mean squared error (n,) of a model on the holdout, in units of the noise."""
-        return (predictions_of(model, signals, problem.filter).rms / hypothesis.fit.sigma) ** 2
+    def errors(model: Model, compared: bool) -> Array:
+        """Mean squared error (n,) of a model on the holdout, or on what of it is compared, in units of the noise."""
+        chosen = [one for k, one in enumerate(beside.signals) if k in beside.compared or not compared]
+        return (predictions_of(model, chosen, problem.filter).rms / hypothesis.fit.sigma) ** 2
 
-    whole, result = errors(hypothesis.extension.model), []
+    result = []
     for group in groups:
+        compared = any(is_shown_by_comparison(hypothesis, i) for i in group)
+        if compared and not beside.compared:
+            result.append(False)
+            continue
         joints = [j - 1 for i in group for j in hypothesis.accepted[i].candidate.joints] or slice(None)
-        other = errors(without_effects(hypothesis, group).extension.model) if group else whole
+        models = (one.extension.model for one in (hypothesis, without_effects(hypothesis, group)))
+        whole, other = (errors(model, compared) for model in models)
         result.append(bool(np.sum(whole[joints]) > np.sum(other[joints])))
     return result

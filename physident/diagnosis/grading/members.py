@@ -53,6 +53,18 @@ def where_it_shows(hypothesis: Hypothesis, group: Collection[int]) -> Array:
     return np.mean(shares, axis=0)
 
 
+def is_shown_by_comparison(hypothesis: Hypothesis, i: int) -> bool:
+    """Whether most of what is known of an accepted effect comes from compared recordings."""
+    problem = hypothesis.problem
+    if not problem.freedom.compared:
+        return False
+    one = hypothesis.accepted[i]
+    torque = hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i]) / hypothesis.fit.sigma
+    power = (torque**2).sum(axis=1)
+    rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
+    return bool(power[rows].sum() >= power[~rows].sum())
+
+
 def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty: Uncertainty) -> tuple[Finding, ...]:
     """The findings with the values that a hypothesis gives them; those whose effects it does not hold stay as they are.
 

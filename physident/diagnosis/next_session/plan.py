@@ -6,17 +6,20 @@ from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 
+from physident.diagnosis.grading.control import control_recordings
 from physident.diagnosis.next_session.open_questions import current_model, noise_left, open_questions, part_of_model
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.payload import LinkChange
 from physident.errors import PhysidentError
+from physident.estimation.estimate_file import load_estimate
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.ranges import Ranges, ranges_of_signals
 from physident.excitation.session.session import Session
 from physident.recordings.load import load_recording
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
+from physident.recordings.signals import Signals
 from physident.threads import one_thread
 
 MEASURING = "measurement"
@@ -28,7 +31,7 @@ def plan_next(
 ) -> Session:
     """The session that within its minutes does most for everything that a diagnosis has left open at once.
 
-    Raises InputError for a budget that cannot be used and for collision geometry that cannot be read, NotSolvedError where too few
+    Where the question is what has changed, it begins with motions of the model's own recordings, which show a change alone. Raises InputError for a budget that cannot be used and for collision geometry that cannot be read, NotSolvedError where too few
     motions keep the limits.
     """
     model, notes = current_model(diagnosis), []
@@ -54,7 +57,20 @@ def plan_next(
         noise_words="noise: what the diagnosis left unexplained, with its memory",
         notes=notes,
         progress=progress,
+        repeat=_not_yet_repeated(diagnosis, notes),
     )
+
+
+def _not_yet_repeated(diagnosis: DiagnosisRecord, notes: list[str]) -> list[Signals]:
+    """The recordings of the model, where the question is what has changed since, whose motions were not recorded again; a note
+    where they are not at hand."""
+    if diagnosis.question != "different" or diagnosis.model_file is None or not Path(diagnosis.model_file).is_file():
+        return []
+    control = control_recordings(load_estimate(diagnosis.model_file))
+    if not control:
+        notes.append("the model's own recordings are not at hand: no motion of theirs is repeated")
+    done = {used.repeats for used in diagnosis.recordings}
+    return [prepare(one, diagnosis.filter) for one in control if one.source not in done]
 
 
 def earlier_recordings(diagnosis: DiagnosisRecord) -> list[Recording]:

@@ -19,6 +19,7 @@ from physident.diagnosis.problem.question import ParameterFreedom, Question, par
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
+from physident.diagnosis.repeated.evened import evened
 from physident.dynamics.column_structure import KeptRows, kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
@@ -68,6 +69,11 @@ class DiagnosisProblem:
     def model(self) -> Model:
         """The model as given."""
         return self.given if isinstance(self.given, Model) else self.given.model
+
+    @property
+    def all_compared(self) -> bool:
+        """Whether every recording repeats one of the control, whose error was taken off."""
+        return len(self.freedom.compared) == len(self.signals)
 
     @cached_property
     def resting_joints(self) -> frozenset[int]:
@@ -181,8 +187,12 @@ def state_problem(
     filter: Filter,
     seed: int,
     recording_offsets: bool = False,
+    compared: frozenset[int] = frozenset(),
 ) -> DiagnosisProblem:
-    """Evaluate every candidate once, weigh the rows and choose the folds."""
+    """Evaluate every candidate once, weigh the rows and choose the folds.
+
+    From the torque of ``compared`` recordings, their indices, the model's error was taken: its parameters have no part in them.
+    """
     model = given if isinstance(given, Model) else given.model
     ordinary = ordinary_model(model, signals, filter)
     signals = [with_transition(model.robot, ordinary.effects, one) for one in signals]
@@ -199,7 +209,7 @@ def state_problem(
         seed=seed,
         regressor=regressor,
         candidates=candidates,
-        freedom=parameter_freedom(given, question, regressor, nuisance),
+        freedom=parameter_freedom(given, question, regressor, nuisance, compared),
         fold=np.zeros(len(regressor.time), dtype=np.intp),
         memory=np.ones(model.robot.n),
         weights=np.ones(regressor.torque.shape),
@@ -228,7 +238,10 @@ def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array
     known = known_rows(spread)
     plain = replace(problem, weights=known, regressor=weight_rows(problem.regressor, known), evaluated={}, by_model=[])
     left = _left_by_all(plain, model)
-    weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor))
+    compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
+    weights = rest_weights(spread, dry, left / known, problem.regressor)
+    usual = problem.given.sigma if isinstance(problem.given, Estimate) else np.zeros(model.robot.n)
+    weighted = _with_weights(problem, weights * evened(left, known * problem.regressor.counted, compared, usual))
     return weighted, _left_by_all(weighted, model)
 
 

@@ -46,17 +46,20 @@ class ParameterFreedom:
     """How the model's parameters theta (p,) may move: theta + ``map`` (p, R) @ x, x of prior precision ``prior`` (R,).
 
     ``unidentified``: names of base parameters that the model never identified, which stay where they are. ``nuisance``: columns of
-    the regressor that are refitted along and mean nothing; the last of x are theirs, and move no parameter.
+    the regressor that are refitted along and mean nothing; the last of x are theirs, and move no parameter. In ``compared``
+    recordings (their indices), from whose torque the model's error was taken, parameters have no part.
     """
 
     map: Array
     prior: Array
     unidentified: tuple[str, ...]
     nuisance: tuple[int, ...] = ()
+    compared: frozenset[int] = frozenset()
 
     def baseline(self, regressor: Regressor) -> Baseline:
         """The columns of x, from a regressor whose first p columns are the model's."""
         p = len(self.map)
+        fixed = np.isin(regressor.recording, sorted(self.compared))
         joints = []
         for rows in regressor.joints:
             chosen = rows.columns < p
@@ -64,6 +67,7 @@ class ParameterFreedom:
             for some in steps(len(columns)):
                 values = rows.some(some)
                 columns[some] = values[:, chosen] @ self.map[rows.columns[chosen]]
+                columns[some][fixed[some]] = 0.0
                 for k, column in enumerate(self.nuisance, len(self.prior) - len(self.nuisance)):
                     columns[some, k] = values[:, rows.columns == column].sum(axis=1)
             joints.append(columns)
@@ -71,10 +75,14 @@ class ParameterFreedom:
 
 
 def parameter_freedom(
-    model: Estimate | Model, question: Question, regressor: Regressor, nuisance: tuple[int, ...] = ()
+    model: Estimate | Model,
+    question: Question,
+    regressor: Regressor,
+    nuisance: tuple[int, ...] = (),
+    compared: frozenset[int] = frozenset(),
 ) -> ParameterFreedom:
-    """Missing: every base parameter is free. Different: each is kept within its covariance. Nominal: none moves. The
-    ``nuisance`` columns are free always: how much they matter depends on the motion, healthy arm or not."""
+    """Missing: every base parameter is free. Different: each is kept within its covariance, but for ``compared`` recordings. Nominal:
+    none moves. The ``nuisance`` columns are free always: how much they matter depends on the motion, healthy arm or not."""
     if isinstance(model, Model):
         maps, prior, unidentified = np.zeros((len(model.theta), 0)), np.zeros(0), ()
     elif question == "missing":
@@ -88,7 +96,7 @@ def parameter_freedom(
         prior = np.ones(root.shape[1])
     k = len(nuisance)
     whole = np.column_stack([maps, np.zeros((len(maps), k))])
-    return ParameterFreedom(whole, np.concatenate([prior, np.zeros(k)]), unidentified, nuisance)
+    return ParameterFreedom(whole, np.concatenate([prior, np.zeros(k)]), unidentified, nuisance, compared)
 
 
 def _root(estimate: Estimate, regressor: Regressor) -> tuple[Array, tuple[str, ...]]:

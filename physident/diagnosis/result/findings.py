@@ -145,8 +145,10 @@ class Unseen:
 
 @dataclass(frozen=True)
 class UsedRecording:
-    """A recording and its role in the diagnosis."""
+    """A recording and its role in the diagnosis; ``repeats`` is the recording of the model whose motion it repeats, so that both were
+    compared row by row."""
 
     path: str
     sha256: str
     role: Role
+    repeats: str | None = None

@@ -58,7 +58,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         placebos=READER.read(tuple[Placebo, ...], data["placebos"], "placebos"),
         unseen=READER.read(tuple[Unseen, ...], data["unseen"], "unseen"),
         unexplained=READER.read(tuple[Unexplained, ...], _unexplained(data["unexplained"]), "unexplained"),
-        recordings=READER.read(tuple[UsedRecording, ...], data["recordings"], "recordings"),
+        recordings=READER.read(tuple[UsedRecording, ...], _used(data["recordings"]), "recordings"),
         filter=READER.read(Filter, data["filter"], "filter"),
         layout=READER.read(str | None, data["columns"], "columns"),
         drive_gains=READER.read(tuple[float, ...] | None, data["drive_gains"], "drive_gains"),
@@ -99,6 +99,12 @@ def _unexplained(data: Any) -> Any:
     """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
     plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
     return [{"predictable": None, **one} for one in data] if plain else data
+
+
+def _used(data: Any) -> Any:
+    """The recordings; those of a file from before motions were compared repeat none."""
+    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
+    return [{"repeats": None, **one} for one in data] if plain else data
 
 
 def _rivals(data: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
@@ -78,6 +79,19 @@ def _minor(d: DiagnosisRecord) -> list[str]:
         f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
         for f in d.missing_since_before
     ]
+    repeated = [one for one in d.recordings if one.repeats is not None]
+    if repeated:
+        diagnosed = [one for one in d.recordings if one.role == "diagnosed"]
+        rows.append(
+            f"compared: {len(repeated)} of {len(diagnosed)} recordings repeat a motion that the model was fitted to"
+            f" ({Path(repeated[0].path).name} that of {Path(str(repeated[0].repeats)).name}); what the model lacks is in both and"
+            " was taken off, so that what is left has changed"
+        )
+    elif d.controlled:
+        rows.append(
+            "not compared: no recording repeats a motion that the model was fitted to; one that does tells a change apart from what"
+            " the model always lacked (physident plan --diagnosis)"
+        )
     if d.controlled is False:
         rows.append(
             "no control: the recordings that the model was fitted to are not at hand, so what the model always lacked may"

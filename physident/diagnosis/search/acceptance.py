@@ -151,7 +151,7 @@ def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) ->
     if effect_scope(candidate.name) is Scope.NEIGHBOURS:
         return alike.joint_by_joint()
     effect = candidate.options[0].effect
-    if isinstance(effect, TorqueConstant):
+    if isinstance(effect, TorqueConstant) and not hypothesis.problem.all_compared:  # a comparison takes leaks off
         return hypothesis.problem.fresh_columns(LeakingChannels(effect.joints), hypothesis.model)
     return None
 

@@ -12,6 +12,7 @@ import numpy as np
 from physident.errors import InputError
 from physident.excitation.motion.motion import LARGEST, SCHEMA, Array, Extent, Motion, checked
 from physident.excitation.motion.point_to_point import PointToPoint
+from physident.excitation.motion.recorded import RecordedMotion
 from physident.files import naming, read_json
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -182,12 +183,12 @@ def random_trajectory(
 
 
 def load_trajectory(path: str | Path) -> Motion:
-    """The motion in a trajectory file (schema physident.trajectory/1): a Fourier series or point-to-point moves.
+    """The motion in a trajectory file (schema physident.trajectory/1): a Fourier series, point-to-point moves, or the motion of a recording.
 
     Raises InputError for a file that is missing, no JSON, of another schema or incomplete.
     """
     data = read_json(path, MAX_FILE, "a trajectory file", SCHEMA)
-    kinds: dict[Any, type[Motion]] = {kind.kind: kind for kind in (Trajectory, PointToPoint)}
+    kinds: dict[Any, type[Motion]] = {kind.kind: kind for kind in (Trajectory, PointToPoint, RecordedMotion)}
     kind = data.get("kind", Trajectory.kind)
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind is {kind!r}, expected one of {', '.join(kinds)}")

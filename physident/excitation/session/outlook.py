@@ -18,6 +18,7 @@ PURPOSES = {
     "fourier": "Fourier series: inertia, gravity, friction over velocity",
     "slow": "slow reversals: friction near standstill",
     "poses": "poses and pauses: gravity, breakaway, one friction level at each load",
+    "again": "repeats {}: what the model lacks is in both and cancels, what has changed is left",
 }
 NAMED = 2  # questions at most beside each piece
 NOTICED = 0.05  # of power: a smaller loss is not worth a word
@@ -25,7 +26,7 @@ NOTICED = 0.05  # of power: a smaller loss is not worth a word
 
 def piece_purpose(piece: Piece) -> str:
     """What a piece of its kind is for."""
-    return PURPOSES[piece.kind]
+    return PURPOSES[piece.kind].format(piece.repeats)
 
 
 def worse_without(evidence: Evidence, every: Shown, one: Shown) -> tuple[str, ...]:

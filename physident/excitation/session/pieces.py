@@ -20,7 +20,7 @@ from physident.excitation.motion.trajectory import FREE_RANGE, Trajectory
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-PieceKind = Literal["fourier", "slow", "poses"]
+PieceKind = Literal["fourier", "slow", "poses", "again"]
 LENGTH = 15.0  # s of a piece: room for blocks of ten correlation lengths and for the filter's ends
 SHARE = 0.9  # of a joint's first limit that a piece reaches before it is made smaller
 SLOW = 0.06  # of the speed limit: friction below it is what static friction, hysteresis and breakaway act in
@@ -36,12 +36,14 @@ CYCLES = (1, 2, 3)  # periods of a Fourier piece
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A motion of a kind that keeps every limit of the arm, ``loaded`` or not; ``margins`` are those to the limits."""
+    """A motion of a kind that keeps every limit of the arm, ``loaded`` or not; ``margins`` are those to the limits. ``repeats`` is
+    the earlier recording whose motion is recorded again."""
 
     kind: PieceKind
     motion: Motion
     loaded: bool
     margins: tuple[Margin, ...]
+    repeats: str = ""
 
 
 @dataclass(frozen=True, eq=False)

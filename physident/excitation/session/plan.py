@@ -22,7 +22,9 @@ from physident.excitation.session.outlook import expectations_of, piece_purpose,
 from physident.excitation.session.pieces import LENGTH, Piece, cell_of, make_pieces
 from physident.excitation.session.questions import OpenQuestion, RangeQuestion
 from physident.excitation.session.ranges import Ranges, covered, open_ranges, ranges_of
+from physident.excitation.session.repeats import repeated_pieces
 from physident.excitation.session.session import Leg, Outlook, Session
+from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 SHORTEST = 3 * LENGTH  # s: the fewest pieces to fit and one to hold out
@@ -79,11 +81,12 @@ def plan_session(
     noise_words: str = "",
     notes: Sequence[str] = (),
     progress: Callable[[float], None] = lambda _: None,
+    repeat: Sequence[Signals] = (),
 ) -> Session:
     """The session that within its minutes does most for all questions at once, and what it is expected to settle.
 
     Every kind of question weighs alike. A question that is as good as settled attracts no more minutes. ``shown_ranges`` are those of
-    earlier recordings. Raises InputError for a budget that cannot be used, NotSolvedError where too few motions keep the limits.
+    earlier recordings; the motions of those to ``repeat`` come first, as many as fit beside a piece to hold out. Raises InputError for a budget that cannot be used, NotSolvedError where too few motions keep the limits.
     """
     heavy = None if budget.load is None else with_load(model, budget.load)
     cell = cell_of(model, heavy, budget.limits, budget.table, budget.clearance, budget.meshes, budget.seed)
@@ -94,17 +97,20 @@ def plan_session(
         raise NotSolvedError(
             "fewer than three motions within the limits were found; expected wider limits, another --table, or --limits joint"
         )
+    spare = 60 * budget.minutes - (0.0 if loaded is None else loaded.duration)
+    repeated, broken = repeated_pieces(cell, repeat, spare - LENGTH)
     candidates = []
-    for k, piece in enumerate(pieces):
+    for k, piece in enumerate(every := [*repeated, *pieces]):
         candidates.append(_Candidate(piece, evidence.shown(piece.motion), ranges_of(model, piece.motion)))
-        progress((k + 1) / (len(pieces) + 2))
+        progress((k + 1) / (len(every) + 2))
     possible = reduce(Ranges.joined, (one.ranges for one in candidates))
     evidence.sized_by(reduce(Shown.__add__, (one.shown for one in candidates)))
     ranges = open_ranges(shown_ranges, possible)
     score = _Score(evidence, ranges, shown_ranges, possible, budget.minutes)
-    chosen, holdout = _chosen(candidates, budget, score, 0.0 if loaded is None else loaded.duration)
+    again, others = candidates[: len(repeated)], candidates[len(repeated) :]
+    chosen, holdout = _chosen(again, others, budget, score, spare)
     progress(1.0)
-    session = _session(chosen, holdout, budget, score, noise_words, tuple(notes))
+    session = _session(chosen, holdout, budget, score, noise_words, (*notes, *broken))
     session = session if loaded is None else _with_loaded(session, loaded)
     return _with_spare_time(session, budget.minutes)
 
@@ -145,23 +151,24 @@ class _Score:
 
 
 def _chosen(
-    candidates: list[_Candidate], budget: Budget, score: _Score, taken: float
+    again: list[_Candidate], others: list[_Candidate], budget: Budget, score: _Score, spare: float
 ) -> tuple[list[_Candidate], _Candidate]:
-    """The candidates to fit, and the one to hold out: of the Fourier pieces, the one that moves most. ``taken`` [s] is spent already."""
-    free = [one for one in candidates if one.piece.kind == "fourier"] or candidates
+    """The candidates to fit, first those that repeat a motion, and the one to hold out: of the Fourier pieces, the one that moves
+    most. All of them last ``spare`` seconds at most, as far as two pieces to fit and one to hold out do."""
+    free = [one for one in others if one.piece.kind == "fourier"] or others
     room = np.maximum(score.possible.size, 1e-12)
     holdout = max(free, key=lambda one: float(np.mean(one.ranges.size / room)))
-    rest = [one for one in candidates if one is not holdout]
-    seconds = [one.piece.motion.duration for one in rest]
-    spare = budget.minutes * 60 - holdout.piece.motion.duration - taken
+    parts = [*again, *(one for one in others if one is not holdout)]
+    seconds = [one.piece.motion.duration for one in parts]
+    spare -= holdout.piece.motion.duration
     spare -= 2 * LENGTH if budget.minutes * 60 >= WITH_WARM_UP else 0.0
-    picked = choose(rest, seconds, spare, score)
+    picked = choose(parts, seconds, spare, score, range(len(again)))
     # a diagnosis compares recordings: where nothing is open, still the pieces that move most
-    others = sorted(
-        (i for i in range(len(rest)) if i not in picked), key=lambda i: -float(np.mean(rest[i].ranges.size / room))
+    more = sorted(
+        (i for i in range(len(parts)) if i not in picked), key=lambda i: -float(np.mean(parts[i].ranges.size / room))
     )
-    picked += others[: max(0, FEWEST - len(picked))]
-    return [rest[i] for i in picked], holdout
+    picked += more[: max(0, FEWEST - len(picked))]
+    return [parts[i] for i in picked], holdout
 
 
 def _session(

@@ -1,0 +1,103 @@
+"""New recordings beside control recordings of the same motion: what the model lacks is in both, and taken off.
+
+A model that is wrong errs by some torque at each state of the arm. Where a motion is recorded again, the error that the control
+shows along it is known to the noise, whatever its cause; the rest is what has changed, and the model's own parameters have no part
+in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.repeated.same_motion import lag_of_repeat, refined_lag
+from physident.dynamics.model import Model
+from physident.dynamics.regressor import build_regressor
+from physident.recordings.signals import Filter, Signals
+
+Array = NDArray[np.float64]
+REPEATED = 0.8  # of a recording's samples, the rest of which is cut off: begun or stopped at another moment
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """New recordings, of which some repeat a motion of the control.
+
+    ``signals`` are all of them, the model's error along the control taken off the torque of those that repeat one; ``partner`` has the
+    index of the control recording of each, None where it has none. ``untouched`` are the same signals with the torque as measured.
+    """
+
+    signals: tuple[Signals, ...]
+    partner: tuple[int | None, ...]
+    untouched: tuple[Signals, ...]
+
+    @property
+    def compared(self) -> frozenset[int]:
+        """The indices of the new recordings that repeat a motion of the control."""
+        return frozenset(k for k, partner in enumerate(self.partner) if partner is not None)
+
+    def taken_off(self, model: Model, filter: Filter) -> Array:
+        """The torque (M, n) [N m|N] that was taken off the rows of a regressor of the signals; zero where nothing was."""
+        return (
+            build_regressor(model.robot, [], self.untouched, filter, model=model).torque
+            - build_regressor(model.robot, [], self.signals, filter, model=model).torque
+        )
+
+
+def compare_with_control(model: Model, new: Sequence[Signals], control: Sequence[Signals]) -> Comparison:
+    """The new recordings beside those of the ``control`` whose motions they repeat, each beside the one that is nearest.
+
+    A recording with gaps, or of which less than four fifths repeat a motion, is compared with none.
+    """
+    errors: dict[int, Array] = {}
+    signals, partner, untouched = [], [], []
+    for one in new:
+        best = _nearest(one, control)
+        if best is None:
+            partner.append(None)
+            signals.append(one)
+            untouched.append(one)
+            continue
+        k, lag, rows = best
+        if k not in errors:
+            errors[k] = _error(model, control[k])
+        kept = one.part(rows)
+        assert kept.torque is not None
+        partner.append(k)
+        untouched.append(kept)
+        signals.append(replace(kept, torque=kept.torque - _at(control[k].time, errors[k], kept.time + lag)))
+    return Comparison(signals=tuple(signals), partner=tuple(partner), untouched=tuple(untouched))
+
+
+def _nearest(one: Signals, control: Sequence[Signals]) -> tuple[int, float, slice] | None:
+    """The control recording whose positions are nearest, the lag [s] between the clocks, and the samples that repeat it."""
+    best, least = None, np.inf
+    for k, other in enumerate(control):
+        lag = lag_of_repeat(one, other)
+        if lag is None:
+            continue
+        lag = refined_lag(one, other, lag)
+        first, last = np.searchsorted(one.time + lag, other.time[[0, -1]], "left")
+        rows = slice(int(first), int(last))
+        if rows.stop - rows.start < REPEATED * len(one.time):
+            continue
+        apart = float(np.mean((one.q[rows] - _at(other.time, other.q, one.time[rows] + lag)) ** 2))
+        if apart < least:
+            best, least = (k, lag, rows), apart
+    return best
+
+
+def _error(model: Model, signals: Signals) -> Array:
+    """What a model leaves of the torque (N, n) [N m|N] at every sample, unfiltered."""
+    assert signals.torque is not None
+    return signals.torque - model.torque(signals)
+
+
+def _at(time: Array, values: Array, wanted: Array) -> Array:
+    """Values (N, n) at other instants (K,) [s]."""
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(time, values)(wanted))
