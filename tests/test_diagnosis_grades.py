@@ -13,13 +13,18 @@ import pytest
 import physident as pid
 from physident.diagnosis.grading import grades
 from physident.diagnosis.grading import members as member_effects
-from physident.diagnosis.grading.grades import graded
+from physident.diagnosis.grading.grades import ExpectedError, graded
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.effects.contact import Contact
 from tests.plant import Arm
 
 NOISE = np.full(2, 0.5)  # N m, that even a right model leaves
+
+
+def level(rms: np.ndarray) -> ExpectedError:
+    """What even a right model leaves is what the model usually errs by."""
+    return ExpectedError(right=rms, usual=rms)
 
 
 def hypothesis() -> Any:
@@ -58,14 +63,14 @@ def finding(before: float, after: float, **more: Any) -> Finding:
 
 
 def grade(one: Finding, controlled: bool = False) -> str:
-    return graded(hypothesis(), [one], NOISE, controlled)[0].grade
+    return graded(hypothesis(), [one], level(NOISE), controlled)[0].grade
 
 
 def test_a_cause_takes_more_than_is_left_above_the_noise() -> None:
     # squares: of 1.25 one takes 0.6 and leaves 0.4 above the noise, the other takes 0.4 and leaves 0.6
     more, less = finding(1.25**0.5, 0.65**0.5), finding(1.25**0.5, 0.85**0.5)
     assert (grade(more), grade(less)) == ("cause", "contribution")
-    found = graded(hypothesis(), [less, more], NOISE)
+    found = graded(hypothesis(), [less, more], level(NOISE))
     assert [f.grade for f in found] == ["cause", "contribution"]
     assert found[0].takes_percent == pytest.approx(100 * 0.6 / 1.25)
     assert found[0].leaves_percent == pytest.approx(100 * 0.4 / 1.25)
@@ -79,13 +84,22 @@ def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -
     assert grade(finding(0.15, 0.1)) == "contribution"
 
 
+def test_what_a_comparison_proves_must_still_be_noticed_beside_the_models_usual_error() -> None:
+    """Where the model's error was taken off, a right model leaves next to nothing; a user simulates with the error all the same."""
+    tiny, usual = np.full(2, 0.001), np.full(2, 0.5)
+    taken_off = ExpectedError(right=tiny, usual=usual)
+    small, large, half = finding(0.1, 0.01), finding(0.3, 0.01), finding(0.3, 0.25)
+    grades_of = [graded(hypothesis(), [one], taken_off)[0].grade for one in (small, large, half)]
+    assert grades_of == ["contribution", "cause", "contribution"]
+
+
 def test_a_finding_is_judged_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first joint's noise is ten times that of the second: what only the second feels is a cause there, and not where the first
     counts as well."""
     one, expected = finding(1.0, 0.5), np.array([5.0, 0.5])
-    assert graded(hypothesis(), [one], expected)[0].grade == "contribution"
+    assert graded(hypothesis(), [one], level(expected))[0].grade == "contribution"
     monkeypatch.setattr(grades, "where_it_shows", lambda *_: np.array([0.0, 1.0]))
-    assert graded(hypothesis(), [one], expected)[0].grade == "cause"
+    assert graded(hypothesis(), [one], level(expected))[0].grade == "cause"
 
 
 def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,9 +158,9 @@ def test_a_contact_is_judged_while_it_lasts(
     complete, rest = pushed(left, forces, memory)
     monkeypatch.setattr(grades, "without", lambda *_: rest)
     contact = finding(1.0, 0.995, effect="contact", joints=(), intervals=((2.0, 3.0),), recording="a")
-    assert graded(complete, [contact], np.full(2, 0.01))[0].grade == expected
+    assert graded(complete, [contact], level(np.full(2, 0.01)))[0].grade == expected
     whole = replace(contact, gain=replace(contact.gain, rms_after=0.5))  # all that the recording shows is the contact
-    assert graded(complete, [whole], np.full(2, 0.01))[0].grade == (
+    assert graded(complete, [whole], level(np.full(2, 0.01)))[0].grade == (
         "cause" if (forces, memory) == (3, 2.0) else "contribution"
     )
 

@@ -103,10 +103,11 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
 def test_changes_that_a_control_set_apart_are_no_patchwork() -> None:
     """Seven effects were found, five of which the arm had before: two faults remain, and both may be causes."""
     two = [finding("payload", "cause"), finding("coulomb_friction", "cause")]
-    assert is_patchwork(overfull=True, controlled=False, findings=two)
-    assert not is_patchwork(overfull=True, controlled=True, findings=two)
-    assert is_patchwork(overfull=True, controlled=True, findings=[*two, *two, *two])
-    assert not is_patchwork(overfull=False, controlled=False, findings=[*two, *two, *two])
+    assert is_patchwork(overfull=True, controlled=False, compared=False, findings=two)
+    assert not is_patchwork(overfull=True, controlled=True, compared=False, findings=two)
+    assert is_patchwork(overfull=True, controlled=True, compared=False, findings=[*two, *two, *two])
+    assert not is_patchwork(overfull=True, controlled=True, compared=True, findings=[*two, *two, *two])
+    assert not is_patchwork(overfull=False, controlled=False, compared=False, findings=[*two, *two, *two])
 
 
 def test_new_surrogates_are_spared_only_where_they_could_change_nothing(rubbing: Hypothesis) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.grades import graded
+from physident.diagnosis.grading.grades import ExpectedError, graded
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.rivals.rivals import RivalCheck
@@ -178,7 +178,11 @@ def test_a_doubtful_joint_is_a_hint_of_its_own(last: CandidateScores) -> None:
     state = settled_hypothesis(problem, accepted)
     trust = {("coulomb_friction", (3,)): Trust(0.9, ()), ("coulomb_friction", (5,)): Trust(0.2, ("rarely found",))}
     own = [RivalCheck(one, 10.0, ()) for one in state.accepted]
-    findings = graded(state, make_findings(state, own, uncertainty_of(state), trust=trust), np.full(6, 1e-9))
+    findings = graded(
+        state,
+        make_findings(state, own, uncertainty_of(state), trust=trust),
+        ExpectedError(right=np.full(6, 1e-9), usual=np.full(6, 1e-9)),
+    )
     assert [(f.joints, f.stability) for f in findings] == [((3,), 0.9), ((5,), 0.2)]
     assert findings[0].grade != "hint"
     assert (findings[1].grade, findings[1].doubts) == ("hint", ("rarely found",))

@@ -142,11 +142,11 @@ def test_exact_recordings_of_an_arm_that_sticks_show_what_it_has_and_nothing_els
 
 
 def test_all_placebos_passing_is_a_refusal() -> None:
-    from physident.diagnosis.diagnose import _refuse_if_placebos_pass
     from physident.diagnosis.result.findings import Placebo
+    from physident.diagnosis.search.side_results import refuse_if_placebos_pass
 
     passing, failing = Placebo("placebo", 1, 9.0, 1.0), Placebo("placebo", 2, 0.0, 1.0)
-    _refuse_if_placebos_pass([passing, failing])
-    _refuse_if_placebos_pass([])
+    refuse_if_placebos_pass([passing, failing])
+    refuse_if_placebos_pass([])
     with pytest.raises(pid.NotSolvedError, match="all 2 placebos"):
-        _refuse_if_placebos_pass([passing, passing])
+        refuse_if_placebos_pass([passing, passing])

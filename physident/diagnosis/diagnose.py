@@ -166,7 +166,7 @@ def diagnose_motion(
     causes = any(finding.grade == "cause" for finding in findings)
     error_before, error_after = errors_before_and_after(
         original, settled_hypothesis(asked, ()), sure, extended, with_torque, holdout,
-        comparison.taken_off(given, used_filter) if comparison.compared else None,
+        comparison if comparison.compared else None,
     )  # fmt: skip
     return Diagnosis(
         question=question,

@@ -240,8 +240,9 @@ def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array
     left = _left_by_all(plain, model)
     compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
     weights = rest_weights(spread, dry, left / known, problem.regressor)
-    usual = problem.given.sigma if isinstance(problem.given, Estimate) else np.zeros(model.robot.n)
-    weighted = _with_weights(problem, weights * evened(left, known * problem.regressor.counted, compared, usual))
+    estimate = problem.given if isinstance(problem.given, Estimate) else None
+    counted = known * problem.regressor.counted
+    weighted = _with_weights(problem, weights * evened(left, counted, compared, problem.regressor, estimate))
     return weighted, _left_by_all(weighted, model)
 
 

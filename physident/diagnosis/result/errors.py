@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.result.findings import JointErrors
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.estimation.dry_friction.rest import rest_rows
 from physident.estimation.estimate import Estimate
 from physident.recordings.recording import Recording
 from physident.validation.scores import compare, validate
-
-Array = NDArray[np.float64]
 
 
 def errors_before_and_after(
@@ -23,18 +22,18 @@ def errors_before_and_after(
     extended: Estimate | None,
     recordings: Sequence[Recording],
     holdout: Sequence[Recording],
-    taken_off: Array | None = None,
+    comparison: Comparison | None = None,
 ) -> tuple[JointErrors, JointErrors]:
     """Errors of the model as ``given`` and of the extended one: on the holdout where there is one, else on left-out rows.
 
     Where the search began from a model with more than was given, the given one is scored on the new recordings as it is: it
-    never saw any of their rows. What a comparison has ``taken_off`` (M, n) [N m|N] the rows is part of both errors.
+    never saw any of their rows. What a ``comparison`` has taken off the torque is part of both errors.
     """
     if not holdout:
         if first.problem.model is given.model:
-            return _left_out_errors(first, taken_off), _left_out_errors(last, taken_off)
+            return _left_out_errors(first, comparison), _left_out_errors(last, comparison)
         score = validate(given, recordings)
-        return JointErrors(score.rms, score.relative_all), _left_out_errors(last, taken_off)
+        return JointErrors(score.rms, score.relative_all), _left_out_errors(last, comparison)
     if extended is None:
         score = validate(given, holdout)
         errors = JointErrors(score.rms, score.relative_all)
@@ -43,11 +42,16 @@ def errors_before_and_after(
     return JointErrors(gain.before.rms, gain.before.relative_all), JointErrors(gain.after.rms, gain.after.relative_all)
 
 
-def _left_out_errors(hypothesis: Hypothesis, taken_off: Array | None) -> JointErrors:
-    residual = hypothesis.left_out_fits.residual() / hypothesis.problem.weights - hypothesis.rest_friction
-    regressor, inside, torque = hypothesis.data.regressor, hypothesis.in_folds, hypothesis.torque
-    if taken_off is not None:
+def _left_out_errors(hypothesis: Hypothesis, comparison: Comparison | None) -> JointErrors:
+    problem, regressor = hypothesis.problem, hypothesis.data.regressor
+    residual, torque = hypothesis.left_out_fits.residual() / problem.weights, hypothesis.torque
+    inside, rest_friction = hypothesis.in_folds, hypothesis.rest_friction
+    if comparison is not None:
+        taken_off = comparison.taken_off(problem.model, problem.filter)
         residual, torque = residual + taken_off, torque + taken_off
+        rests = rest_rows(hypothesis.extension.model, comparison.untouched, problem.filter)
+        rest_friction = rests.friction * regressor.counted
+    residual = residual - rest_friction
     relative = []
     for index in np.unique(regressor.recording[inside]):
         rows = inside & (regressor.recording == index)

@@ -76,9 +76,10 @@ class Hypothesis:
 
     @cached_property
     def extension(self) -> Extension:
-        """The model at the values of the joint fit."""
-        model = self.problem.model
-        theta = model.theta + self.problem.freedom.map @ self.fit.x[: self._model_values]
+        """The model at the values of the joint fit. Beside a comparison the model's own parameters stay: what they take up along other
+        motions is what the model lacks there."""
+        model, freedom = self.problem.model, self.problem.freedom
+        theta = model.theta if freedom.compared else model.theta + freedom.map @ self.fit.x[: self._model_values]
         moved = Model(model.robot, model.effects, theta)
         return extend(moved, [a.effect for a in self.accepted], self.effect_values)
 

@@ -1,0 +1,168 @@
+"""A motion that is recorded again: what the model lacks cancels, and what has changed is left, alone and exact."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.diagnosis.repeated.comparison import compare_with_control
+from physident.diagnosis.repeated.evened import evened
+from physident.estimation.identify import prepare_all
+from tests.plant import Arm, Sensors, hide, multisine, record
+
+MOTIONS = (71, 73, 75)
+CHANGE = ("viscous_friction", 3, 2.5)  # N m s a rad: an eighth of the torque of joint 3
+
+
+def faulty() -> Arm:
+    """An arm with cables, cogging and friction that slips: nothing of it is in a default model."""
+    arm = Arm()
+    for joint, stiffness, ripple in ((1, 6.0, 4.0), (2, 9.0, 5.0), (3, 5.0, 3.0), (4, 0.8, 0.6)):
+        arm = hide(arm, "joint_spring", joint, stiffness)
+        arm = hide(arm, "torque_ripple", joint, ripple, order=3)
+    return hide(arm, "presliding_hysteresis", 2, 4.0 / 0.004, slip=0.004)
+
+
+def taken(folder: Path, name: str, arm: Arm, motion: int, noise: int) -> pid.Recording:
+    record(arm, multisine(motion), Sensors(), noise, step=2e-3).write_csv(folder / f"{name}.csv")
+    return pid.load_recording(folder / f"{name}.csv")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("repeated")
+
+
+@pytest.fixture(scope="module")
+def model(ur5: pid.Robot, folder: Path) -> pid.Estimate:
+    runs = [taken(folder, f"before{seed}", faulty(), seed, seed) for seed in MOTIONS]
+    estimate = pid.identify(ur5, runs)
+    estimate.save(folder / "model.json")
+    return pid.load_estimate(folder / "model.json")
+
+
+@pytest.fixture(scope="module")
+def again(folder: Path) -> list[pid.Recording]:
+    """The same motions of the arm after it has changed, with other noise."""
+    name, joint, size = CHANGE
+    arm = hide(faulty(), name, joint, size)
+    return [taken(folder, f"after{seed}", arm, seed, 500 + seed) for seed in MOTIONS[:2]]
+
+
+@pytest.fixture(scope="module")
+def found(model: pid.Estimate, again: list[pid.Recording]) -> pid.Diagnosis:
+    return pid.diagnose_motion(model, again)
+
+
+def test_what_has_changed_is_named_alone_with_its_value(found: pid.Diagnosis) -> None:
+    (cause,) = found.causes
+    name, joint, size = CHANGE
+    assert (cause.effect, cause.joints, cause.rivals) == (name, (joint,), ())
+    assert cause.parameters[0].change == pytest.approx(size, rel=0.03)
+    assert not found.missing_since_before
+    assert [Path(str(used.repeats)).stem for used in found.recordings] == ["before71", "before73"]
+    assert "compared: 2 of 2 recordings repeat a motion" in " ".join(repr(found).split())
+
+
+def test_nothing_is_named_where_nothing_has_changed(model: pid.Estimate, folder: Path) -> None:
+    untouched = [taken(folder, f"same{seed}", faulty(), seed, 900 + seed) for seed in MOTIONS[:2]]
+    found = pid.diagnose_motion(model, untouched)
+    assert not found.findings
+    # what is left is the noise of both recordings, a small part of what the model lacks
+    assert max(one.rms for one in found.unexplained) < 0.2 * found.before.rms.max()
+
+
+def test_the_errors_told_are_those_of_the_models_and_not_of_the_comparison(
+    model: pid.Estimate, again: list[pid.Recording], found: pid.Diagnosis
+) -> None:
+    measured = pid.validate(model, again)
+    np.testing.assert_allclose(found.before.rms, measured.rms, rtol=0.1)
+    assert found.estimate is not None
+    np.testing.assert_allclose(found.after.rms, pid.validate(found.estimate, again).rms, rtol=0.1)
+
+
+def test_the_extended_model_is_the_given_one_and_the_change(model: pid.Estimate, found: pid.Diagnosis) -> None:
+    assert found.extended is not None
+    moved = {
+        column.name: after - before
+        for column, before, after in zip(model.model.columns, model.theta, found.extended.theta, strict=True)
+        if after != before
+    }
+    (name,) = [n for n, change in moved.items() if abs(change) > 1e-9]
+    assert name.startswith("viscous_friction")
+
+
+def test_clocks_rates_and_ends_may_differ(model: pid.Estimate, again: list[pid.Recording]) -> None:
+    """The second recording began a second later, lasts less long, and was written at another rate by another clock."""
+    late = again[0]
+    rows = slice(int(1.0 / np.median(np.diff(late.time))), int(0.95 * len(late.time)))
+    cut = replace(late, time=late.time[rows] + 1e6, q=late.q[rows], dq=None, effort=late.effort[rows])
+    robot, filter = model.model.robot, model.filter
+    slower = pid.Filter(filter.cutoff, 100.0)
+    control = prepare_all(robot, [pid.load_recording(source.path) for source in model.sources], filter)
+    whole, part = prepare_all(robot, again[:1], filter), prepare_all(robot, [cut], slower)
+    first, second = (compare_with_control(model.model, one, control) for one in (whole, part))
+    assert first.partner == second.partner == (0,)
+    off = [one.untouched[0].torque - one.signals[0].torque for one in (first, second)]  # type: ignore[operator]
+    at = second.signals[0].time - 1e6
+    same = np.array([np.interp(at, first.signals[0].time, column) for column in off[0].T]).T
+    assert np.sqrt(np.mean((off[1] - same) ** 2)) < 0.1 * np.sqrt(np.mean(same**2))
+
+
+def test_another_motion_is_not_compared_and_its_errors_do_not_hide_the_change(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path, found: pid.Diagnosis
+) -> None:
+    name, joint, size = CHANGE
+    other = taken(folder, "other", hide(faulty(), name, joint, size), 99, 99)
+    mixed = pid.diagnose_motion(model, [*again, other])
+    assert [used.repeats is None for used in mixed.recordings] == [False, False, True]
+    assert (mixed.causes[0].effect, mixed.causes[0].joints) == (name, (joint,))
+    assert mixed.causes[0].parameters[0].change == pytest.approx(size, rel=0.06)
+    assert len(mixed.causes) == len(found.causes)
+
+
+def test_a_holdout_that_is_compared_can_refute_and_one_that_is_not_cannot(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    """The arm was mended before the last recording: only a comparison can say that the change is not there."""
+    mended = taken(folder, "mended", faulty(), MOTIONS[2], 703)
+    refuted = pid.diagnose_motion(model, again, [mended])
+    assert not refuted.causes
+    assert "not confirmed on unseen data" in refuted.findings[0].doubts
+
+
+def test_surer_rows_keep_their_weight_and_the_others_count_by_their_error(model: pid.Estimate, ur5: pid.Robot) -> None:
+    rng = np.random.default_rng(0)
+    compared = np.repeat([True, False], 4000)
+    size = np.where(compared, 0.1, 0.5)[:, None] * np.arange(1.0, 7.0)
+    residual, weights = size * rng.standard_normal((8000, 6)), np.ones((8000, 6))
+    regressor = cast(Any, SimpleNamespace(segment=np.repeat([0, 1], 4000), kept_rate=20.0))
+    factor = evened(residual, weights, compared, regressor, None)
+    np.testing.assert_allclose(factor[compared], 1.0)
+    np.testing.assert_allclose(factor[~compared], 0.2, rtol=0.15)
+    slow = np.where(
+        compared[:, None], residual, np.repeat(residual[::4], 4, axis=0)
+    )  # four rows are worth one: half as sure
+    np.testing.assert_allclose(evened(slow, weights, compared, regressor, None)[~compared], 0.1, rtol=0.2)
+    # what the model errs by on its own recordings counts, though these rows left less
+    worse = replace(model, sigma=np.full(6, 50.0))
+    assert (evened(residual, weights, compared, regressor, worse)[~compared] < 0.02).all()
+    assert (evened(residual, weights, np.zeros(8000, dtype=bool), regressor, worse) == 1).all()
+
+
+def test_recordings_with_gaps_are_compared_with_none(model: pid.Estimate, again: list[pid.Recording]) -> None:
+    control = prepare_all(model.model.robot, [pid.load_recording(s.path) for s in model.sources], model.filter)
+    (whole,) = prepare_all(model.model.robot, again[:1], model.filter)
+    half = len(whole.time) // 2
+    gapped = replace(whole, starts=(0, half))
+    assert compare_with_control(model.model, [gapped], control).partner == (None,)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert compare_with_control(model.model, [whole], []).partner == (None,)
