@@ -23,10 +23,12 @@ from physident.excitation.motion.sequence import MotionSequence
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.excitation.session.choice import choose
 from physident.excitation.session.evidence import ENOUGH, Evidence, _power_of_f
+from physident.excitation.session.first import assumed_noise
 from physident.excitation.session.loads import with_load
 from physident.excitation.session.pieces import cell_of, make_pieces
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.questions import OpenQuestion
+from physident.excitation.session.ranges import ranges_of
 from physident.excitation.session.ranking import rank_recordings
 from tests.bad_input.good import URDF
 
@@ -245,3 +247,15 @@ def test_a_recording_that_repeats_another_is_used_last(arm) -> None:
         assert {order[0] // 2, order[1] // 2} == {0, 1}
     with pytest.raises(pid.InputError):
         rank_recordings(regressors, np.ones(arm.n), "best")
+
+
+def test_a_model_whose_joints_twist_can_be_planned_for(ur5: pid.Robot) -> None:
+    """The torque of a torsion needs derivatives over time, which instants without a rate do not have."""
+    stiff = pid.Model.nominal(ur5, ("rigid_body", "joint_elasticity"))
+    twisting = replace(
+        stiff, theta=np.where([c.effect == "joint_elasticity" for c in stiff.columns], 1e-4, stiff.theta)
+    )
+    motion = random_trajectory(ur5, 3)
+    loads = [ranges_of(one, motion).size[2] for one in (stiff, twisting)]
+    np.testing.assert_allclose(*loads, rtol=1e-9)  # of inertia and gravity, which do not twist
+    assert np.isfinite(assumed_noise(twisting, None)[0].sigma).all()

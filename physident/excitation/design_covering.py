@@ -80,7 +80,7 @@ def design_covering(
         known[at, at] += _known(estimate, *pair)
     design = solve_design(settings, task, general, Covering(known), arm, progress)
     time = np.arange(INSTANTS * periods) / INSTANTS / base_frequency
-    states = arm.refer(design.trajectory.states(time))
+    states = arm.refer(replace(design.trajectory.states(time), rate=INSTANTS * base_frequency))
     return Coverage(
         effect=effect,
         design=design,
@@ -119,7 +119,7 @@ def _curves(model: Model, name: str, joint: int | None) -> list[LearnedCurve]:
 
 def _random_states(model: Model) -> list[Signals]:
     motions = [random_trajectory(model.robot, seed) for seed in range(MOTIONS)]
-    return [model.refer(m.states(np.arange(INSTANTS) / INSTANTS * m.duration)) for m in motions]
+    return [model.refer(m.evenly(INSTANTS)) for m in motions]
 
 
 def _continued(model: Model, curve: LearnedCurve, motions: Sequence[Signals]) -> LearnedCurve:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -67,6 +67,11 @@ class Motion(ABC):
         time = np.arange(math.floor(self.duration * rate + 1e-6) + 1) / rate
         states = self.states(time)
         return time, states.q, states.v, states.a
+
+    def evenly(self, count: int) -> Signals:
+        """The states at ``count`` even instants from start to end, with their rate, which effects of a torsion need."""
+        states = self.states(np.linspace(0.0, self.duration, count))
+        return replace(states, rate=(count - 1) / self.duration)
 
     def violations(self, robot: Robot) -> list[str]:
         """One sentence for each limit of the robot that the motion violates: the joint, the value reached and the limit."""

@@ -71,8 +71,7 @@ def assumed_noise(model: Model, noise: float | None) -> tuple[Noise, str]:
     squares = []
     for seed in range(MOTIONS):
         motion = random_trajectory(model.robot, seed)
-        states = motion.states(np.linspace(0, motion.duration, 200))
-        squares.append((model.torque(states) ** 2).mean(axis=0))
+        squares.append((model.torque(motion.evenly(200)) ** 2).mean(axis=0))
     rms = np.sqrt(np.mean(squares, axis=0))
     sigma = SHARE * np.maximum(rms, 1e-2 * max(float(rms.max()), 1e-9))
     words = f"noise: assumed to be {100 * SHARE:.0f} % of each joint's torque and to last {MEMORY:g} s, because nothing was recorded yet"

@@ -40,7 +40,7 @@ class Ranges:
 
 def ranges_of(model: Model, motion: Motion) -> Ranges:
     """The ranges of a motion."""
-    return ranges_of_signals(model, motion.states(np.linspace(0.0, motion.duration, INSTANTS)))
+    return ranges_of_signals(model, motion.evenly(INSTANTS))
 
 
 def ranges_of_signals(model: Model, signals: Signals) -> Ranges:

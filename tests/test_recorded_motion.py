@@ -1,0 +1,108 @@
+"""The motion of a recording, planned again: smooth, from standstill to standstill, within the limits, and written like any other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.errors import InputError
+from physident.excitation.limits.robot_limits import with_limits
+from physident.excitation.motion.recorded import LEAD, RecordedMotion
+from physident.excitation.motion.trajectory import load_trajectory
+from physident.recordings.preparation import prepare
+from physident.recordings.signals import Signals
+from tests.plant import Arm, Sensors, multisine, record
+
+
+@pytest.fixture(scope="module")
+def signals(tmp_path_factory: pytest.TempPathFactory) -> Signals:
+    path = tmp_path_factory.mktemp("recorded") / "run.csv"
+    record(Arm(), multisine(5), Sensors(), 5, step=2e-3).write_csv(path)
+    return prepare(pid.load_recording(path), pid.Filter())
+
+
+@pytest.fixture(scope="module")
+def motion(signals: Signals) -> RecordedMotion:
+    made = RecordedMotion.of_signals(signals, 100.0)
+    assert made is not None
+    return made
+
+
+def test_it_follows_the_recording(signals: Signals, motion: RecordedMotion) -> None:
+    moving = signals.moving
+    assert moving is not None
+    late = min(float(signals.time[-1]), moving[1])
+    time = np.linspace(moving[0] + 1.0, late - 1.0, 400)
+    measured = np.array([np.interp(time, signals.time, column) for column in signals.q.T]).T
+    # the clocks differ by what was cut off before the arm moved, and by a lead where it was cut at speed
+    lags = np.linspace(0, 2.5, 2501)
+    errors = [np.abs(motion.states(time - moving[0] + lag).q - measured).max() for lag in lags]
+    assert min(errors) < 2e-3  # rad, of motions of a radian
+
+
+def test_it_starts_and_ends_at_standstill_and_its_derivatives_fit(motion: RecordedMotion) -> None:
+    ends = motion.states(np.array([-1.0, 0.0, motion.duration, motion.duration + 1.0]))
+    np.testing.assert_allclose(ends.v, 0.0, atol=1e-9)
+    np.testing.assert_allclose(ends.q[0], ends.q[1])
+    step = 1e-4
+    time = np.linspace(0.5, motion.duration - 0.5, 300)
+    before, now, after = (motion.states(time + k * step) for k in (-1, 0, 1))
+    np.testing.assert_allclose((after.q - before.q) / (2 * step), now.v, atol=1e-4)
+    np.testing.assert_allclose((after.v - before.v) / (2 * step), now.a, atol=0.1)
+
+
+def test_its_extent_bounds_every_instant_and_is_reached(motion: RecordedMotion) -> None:
+    extent, states = motion.extent(), motion.states(np.linspace(0, motion.duration, 200_001))
+    for bound, values in ((extent.upper, states.q), (-extent.lower, -states.q), (extent.speed, np.abs(states.v))):
+        assert (values.max(axis=0) <= bound + 1e-12).all()
+        np.testing.assert_allclose(values.max(axis=0), bound, atol=1e-6)
+    assert (np.abs(states.a).max(axis=0) <= extent.acceleration + 1e-9).all()
+
+
+def test_a_part_is_started_and_stopped_gently(signals: Signals, motion: RecordedMotion) -> None:
+    part = RecordedMotion.of_signals(signals, 8.0)
+    assert part is not None
+    assert part.duration <= 8.0
+    last = part.states(np.array([part.duration]))
+    np.testing.assert_allclose(last.v, 0.0, atol=1e-9)
+    assert (part.extent().acceleration < motion.extent().acceleration + motion.extent().speed * np.pi / LEAD).all()
+
+
+def test_what_stands_still_has_no_motion(signals: Signals) -> None:
+    still = replace(signals, q=np.zeros_like(signals.q), v=np.zeros_like(signals.v), a=np.zeros_like(signals.a))
+    assert RecordedMotion.of_signals(still, 10.0) is None
+
+
+def test_it_is_written_and_read_like_any_other(motion: RecordedMotion, tmp_path: Path) -> None:
+    motion.save(tmp_path / "again.json")
+    read = load_trajectory(tmp_path / "again.json")
+    time = np.linspace(0, motion.duration, 50)
+    np.testing.assert_allclose(read.states(time).q, motion.states(time).q, atol=1e-12)
+    with pytest.raises(InputError, match="3 points at 10"):
+        RecordedMotion(np.zeros((3, 2)), 10.0)
+    with pytest.raises(InputError, match="positive rate"):
+        RecordedMotion(np.zeros((9, 2)), 0.0)
+
+
+def test_a_session_begins_with_what_is_repeated(ur5: pid.Robot, tmp_path: Path) -> None:
+    record(Arm(), multisine(5, speed=0.6), Sensors(), 5, step=2e-3).write_csv(tmp_path / "before.csv")
+    settings = {"minutes": 1.0, "limits": "joint", "pool": 4}
+    arm = replace(ur5, acceleration_limit=None)
+    session = pid.design_session(arm, repeat=tmp_path / "before.csv", **settings)
+    first, *others = session.legs
+    assert isinstance(first.trajectory, RecordedMotion)
+    assert first.name == "01_again"
+    assert "before.csv" in first.purpose
+    assert others[-1].holdout
+    assert session.duration <= 60.0 + 1e-6
+    slow = with_limits(arm, "speed=0.1")
+    refused = pid.design_session(slow, repeat=tmp_path / "before.csv", **settings)
+    assert not any(isinstance(leg.trajectory, RecordedMotion) for leg in refused.legs)
+    assert refused.outlook is not None
+    assert any("before.csv is not repeated: joint" in note for note in refused.outlook.notes)
+    with pytest.raises(InputError, match="repeat was given without minutes"):
+        pid.design_session(ur5, repeat=tmp_path / "before.csv")
