@@ -127,9 +127,7 @@ def diagnose_motion(
             estimate = complete.estimate
         model = estimate = as_recordings_agree(estimate, before_signals)
     beside = [None if k is None else control[k].source for k in comparison.partner]
-    asked = state_problem(
-        question, model, comparison.signals, used_filter, seed, recording_offsets, comparison.compared
-    )
+    asked = state_problem(question, model, comparison.signals, used_filter, seed, recording_offsets, comparison)
     found = learn_curves(search_with_turning_speeds(asked, progress), progress)
     problem = found.last.hypothesis.problem
     placebos = placebos_of(found.last)
@@ -145,7 +143,7 @@ def diagnose_motion(
     found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
-    expected = expected_error(hypothesis, estimate, floor)
+    expected = expected_error(hypothesis, estimate, floor, unexplained)
     every = graded(hypothesis, found_effects, expected, controlled=bool(control))
     findings, since_before = _apart(hypothesis, every, alike)
     findings = held_to_unseen(

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 CACHE = Path(os.environ.get("PHYSIDENT_CACHE", Path.home() / ".cache" / "physident")) / "open_world"
 DURATION = 20.0  # s
 ARMS = 16  # of a set
+AGAIN = "again"  # the first world, where two recordings of a trial repeat motions of the healthy arm's
 HEALTHY = 900_000_000  # seeds of motions from here on belong to healthy arms
 DEFAULT = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 
@@ -47,9 +48,11 @@ class Bench:
         effects: tuple[HiddenEffect, ...] = (),
         disturbances: tuple[Disturbance, ...] = (),
         known: bool = True,
+        along: int | None = None,
     ) -> Taken:
-        """A recording of the motion that a seed draws, with causes hidden in the arm; from disk where it was made before."""
-        motion = self.world.motion(self.arm, seed, DURATION)
+        """A recording of the motion that a seed draws, its own or the one ``along`` which the arm moves again, with causes hidden in
+        the arm; from disk where it was made before."""
+        motion = self.world.motion(self.arm, seed if along is None else along, DURATION)
         return take(path, self.plant, self.arm, motion, self.sensors, seed, warmer, effects, disturbances, known)
 
     def nominal(self) -> pid.Model:
@@ -90,9 +93,13 @@ def bench(name: str, group: int, index: int) -> Bench:
 def identified(name: str, group: int, index: int) -> pid.Estimate:
     """What was identified from three recordings of different days; raises PhysidentError where physident refuses them."""
     one = bench(name, group, index)
-    seed = HEALTHY + 100 * (10_000 * group + index)
-    runs = [one.record(one.folder / f"before{k}", seed + 10 * k, 0.0).recording for k in range(3)]
+    runs = [one.record(one.folder / f"before{k}", healthy_seed(group, index, k), 0.0).recording for k in range(3)]
     return pid.identify(one.robot, runs, filter=one.filter)
+
+
+def healthy_seed(group: int, index: int, k: int) -> int:
+    """The seed of the motion of recording k of a healthy arm."""
+    return HEALTHY + 100 * (10_000 * group + index) + 10 * k
 
 
 @cache
@@ -106,8 +113,8 @@ def plants() -> tuple[Plant, Plant]:
 
 @cache
 def world_of(name: str) -> World:
-    """The first world, or the second, which the diagnosis was not developed in."""
-    if name == "first":
+    """The first world, the same with repeated motions (again), or the second, which the diagnosis was not developed in."""
+    if name in ("first", AGAIN):
         return FirstWorld()
     from studies.open_world_second.world import SecondWorld
 

@@ -24,7 +24,7 @@ from studies.open_world.trial import FROM, Kind
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--world", choices=("first", "second"), default="first")
+    parser.add_argument("--world", choices=("first", "again", "second"), default="first")
     parser.add_argument("--set", type=int, default=1, help="which seeds; 1 is reported, others are for development")
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--pairs", type=int, default=0)
@@ -68,7 +68,11 @@ def _kept(group: int) -> None:
     """Write results.json and the README's table from a set of each world that was run."""
     from studies.kept import keep
 
-    names = {"first": "First world", "second": "Second world, drawn by other code"}
+    names = {
+        "first": "First world",
+        "again": "First world, motions repeated",
+        "second": "Second world, drawn by other code",
+    }
     found = {world: _read(CACHE / world / f"set{group}.jsonl") for world in names}
     sets = {world: summary(rows) for world, rows in found.items() if rows}
     text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())

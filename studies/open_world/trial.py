@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import physident as pid
-from studies.open_world.bench import ARMS, Bench, bench, identified, plants, world_of
+from studies.open_world.bench import AGAIN, ARMS, Bench, bench, healthy_seed, identified, plants, world_of
 from studies.open_world.causes import ONCE, TIERS
 from studies.open_world.sizing import Oracle, hidden_rms, residual_rms
 from studies.open_world.taken import Taken
@@ -102,7 +102,10 @@ class Scene:
         own = tuple(h for h in effects if k == 0 or h.effect not in ONCE)
         # the hidden torque is asked of the held-out recording, of what happens once, and of all that a model is fitted to
         known = self.refitted or k == 2 or any(h.effect in ONCE for h in own)
-        return self.bench.record(self.folder / f"{tag}_{k}", self.seed(k), self.warmer(k), own, disturbances, known)
+        along = _along(self.bench, k)
+        return self.bench.record(
+            self.folder / f"{tag}_{k}", self.seed(k), self.warmer(k), own, disturbances, known, along
+        )
 
     def changed(
         self, tag: str, effects: tuple[HiddenEffect, ...], disturbances: tuple[Disturbance, ...]
@@ -125,6 +128,9 @@ def open_scene(world: str, group: int, kind: Kind, number: int) -> Scene:
     rng = np.random.default_rng([group, FROM[kind] + number, 105])
     index = int(rng.integers(ARMS))
     question = str(rng.choice(list(QUESTIONS), p=list(QUESTIONS.values())))
+    question = (
+        "different" if world == AGAIN else question
+    )  # there is nothing to repeat without a model's own recordings
     if kind == "outside":
         index = _able(world, group, index, number)
     return scene_of(world, group, kind, number, index, question)
@@ -137,12 +143,20 @@ def scene_of(world: str, group: int, kind: Kind, number: int, index: int, questi
     folder = one.folder.parent / f"{own:04d}"
     seed = 1_000_000 * group + 10 * own
     healthy = 2 if kind == "single" else 1  # a twin to diagnose, or just enough to see what the model leaves
-    clean = tuple(one.record(folder / f"clean_{k}", seed + k, one.world.conditions(seed + k)) for k in range(healthy))
+    clean = tuple(
+        one.record(folder / f"clean_{k}", seed + k, one.world.conditions(seed + k), along=_along(one, k))
+        for k in range(healthy)
+    )
     if question == "missing":
         model: pid.Estimate | pid.Model = pid.identify(one.robot, [t.recording for t in clean], filter=one.filter)
     else:
         model = one.nominal() if question == "nominal" else identified(world, group, index)
     return Scene(kind, own, one, question, model, clean, folder)
+
+
+def _along(one: Bench, k: int) -> int | None:
+    """The seed of the motion that recording k repeats, None where it has its own: the held-out one always does."""
+    return healthy_seed(one.group, one.index, k) if one.name == AGAIN and k < 2 else None
 
 
 def outside_of(scene: Scene, name: str, draw: int) -> OutsideCause:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, where_it_shows, without
 from physident.diagnosis.result.findings import Finding, Grade
+from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.estimation.estimate import Estimate
@@ -29,9 +30,12 @@ class ExpectedError:
     usual: Array
 
 
-def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None) -> ExpectedError:
+def expected_error(
+    hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None, unexplained: Sequence[Unexplained]
+) -> ExpectedError:
     """Noise of the torque, what does not repeat, and, where the question is what changed, what the model left on its own
-    recordings: that is taken off where all recordings are compared, and only what is usual."""
+    recordings. Where all recordings are compared that was taken off, and is only what is usual; what remains ``unexplained`` there
+    without more memory than noise does not repeat either."""
     problem = hypothesis.problem
     white = []
     for signals in problem.signals:
@@ -45,7 +49,10 @@ def expected_error(hypothesis: Hypothesis, estimate: Estimate | None, noise_floo
     if estimate is None or problem.question != "different":
         return ExpectedError(right=noise, usual=noise)
     usual = np.maximum(noise, estimate.sigma)
-    return ExpectedError(right=noise if problem.all_compared else usual, usual=usual)
+    if not problem.all_compared:
+        return ExpectedError(right=usual, usual=usual)
+    unrepeated = np.array([0.0 if one.structured else one.rms for one in unexplained])
+    return ExpectedError(right=np.maximum(noise, unrepeated), usual=usual)
 
 
 def graded(

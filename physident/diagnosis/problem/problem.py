@@ -19,6 +19,7 @@ from physident.diagnosis.problem.question import ParameterFreedom, Question, par
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
+from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.repeated.evened import evened
 from physident.dynamics.column_structure import KeptRows, kept_rows
 from physident.dynamics.model import Model
@@ -187,11 +188,11 @@ def state_problem(
     filter: Filter,
     seed: int,
     recording_offsets: bool = False,
-    compared: frozenset[int] = frozenset(),
+    comparison: Comparison | None = None,
 ) -> DiagnosisProblem:
     """Evaluate every candidate once, weigh the rows and choose the folds.
 
-    From the torque of ``compared`` recordings, their indices, the model's error was taken: its parameters have no part in them.
+    ``signals`` may be those of a ``comparison``: the model's parameters have no part in recordings from which its error was taken.
     """
     model = given if isinstance(given, Model) else given.model
     ordinary = ordinary_model(model, signals, filter)
@@ -209,13 +210,17 @@ def state_problem(
         seed=seed,
         regressor=regressor,
         candidates=candidates,
-        freedom=parameter_freedom(given, question, regressor, nuisance, compared),
+        freedom=parameter_freedom(
+            given, question, regressor, nuisance, comparison.compared if comparison else frozenset()
+        ),
         fold=np.zeros(len(regressor.time), dtype=np.intp),
         memory=np.ones(model.robot.n),
         weights=np.ones(regressor.torque.shape),
         recording_offsets=recording_offsets,
     )
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
+    if comparison:
+        spread = np.hypot(spread, comparison.control_spread(model, ordinary.effects, filter, regressor))
     problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
     size = np.sqrt((noise**2).sum(axis=0) / (problem.weights**2).sum(axis=0))
     if (noisy := at_resolution(signals, regressor, size, filter, seed)) is not None:

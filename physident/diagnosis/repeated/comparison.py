@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.repeated.same_motion import lag_of_repeat, refined_lag
 from physident.dynamics.model import Model
-from physident.dynamics.regressor import build_regressor
+from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.effect import Effect
+from physident.estimation.dry_friction.row_weights import spread_rows
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
+PASSED = 0.4  # of the lower rate: noise above it would fold back, and double what two recordings differ by
+TAPS = 4  # samples at the lower rate on either side, over which that filter lasts
 REPEATED = 0.8  # of a recording's samples, the rest of which is cut off: begun or stopped at another moment
 
 
@@ -27,17 +31,34 @@ class Comparison:
     """New recordings, of which some repeat a motion of the control.
 
     ``signals`` are all of them, the model's error along the control taken off the torque of those that repeat one; ``partner`` has the
-    index of the control recording of each, None where it has none. ``untouched`` are the same signals with the torque as measured.
+    index of the ``control`` recording of each, None where it has none, and ``lag`` [s] by how much that one's clock is ahead.
+    ``untouched`` are the same signals with the torque as measured.
     """
 
     signals: tuple[Signals, ...]
     partner: tuple[int | None, ...]
+    lag: tuple[float, ...]
     untouched: tuple[Signals, ...]
+    control: tuple[Signals, ...]
 
     @property
     def compared(self) -> frozenset[int]:
         """The indices of the new recordings that repeat a motion of the control."""
         return frozenset(k for k, partner in enumerate(self.partner) if partner is not None)
+
+    def control_spread(self, model: Model, effects: Sequence[Effect], filter: Filter, regressor: Regressor) -> Array:
+        """How little the control knew the sign of each joint's velocity in the rows of a regressor of the signals: standard deviation
+        (M, n), zero in rows that are not compared."""
+        result = np.zeros(regressor.torque.shape)
+        for k in sorted(self.compared):
+            own = [self.control[self.partner[k] or 0]]
+            time = build_regressor(model.robot, [], own, filter, model=model).time
+            rows = regressor.recording == k
+            spread = spread_rows(model.robot, effects, own, filter).T
+            result[rows] = np.array(
+                [np.interp(regressor.time[rows] + self.lag[k], time, column) for column in spread]
+            ).T
+        return result
 
     def taken_off(self, model: Model, filter: Filter) -> Array:
         """The torque (M, n) [N m|N] that was taken off the rows of a regressor of the signals; zero where nothing was."""
@@ -53,23 +74,27 @@ def compare_with_control(model: Model, new: Sequence[Signals], control: Sequence
     A recording with gaps, or of which less than four fifths repeat a motion, is compared with none.
     """
     errors: dict[int, Array] = {}
-    signals, partner, untouched = [], [], []
-    for one in new:
+    signals, untouched = list(new), list(new)
+    partner: list[int | None] = [None] * len(new)
+    lags = [0.0] * len(new)
+    for i, one in enumerate(new):
         best = _nearest(one, control)
         if best is None:
-            partner.append(None)
-            signals.append(one)
-            untouched.append(one)
             continue
         k, lag, rows = best
         if k not in errors:
-            errors[k] = _error(model, control[k])
+            errors[k] = _error(model, control[k], one.rate)
         kept = one.part(rows)
         assert kept.torque is not None
-        partner.append(k)
-        untouched.append(kept)
-        signals.append(replace(kept, torque=kept.torque - _at(control[k].time, errors[k], kept.time + lag)))
-    return Comparison(signals=tuple(signals), partner=tuple(partner), untouched=tuple(untouched))
+        partner[i], lags[i], untouched[i] = k, lag, kept
+        signals[i] = replace(kept, torque=kept.torque - _at(control[k].time, errors[k], kept.time + lag))
+    return Comparison(
+        signals=tuple(signals),
+        partner=tuple(partner),
+        lag=tuple(lags),
+        untouched=tuple(untouched),
+        control=tuple(control),
+    )
 
 
 def _nearest(one: Signals, control: Sequence[Signals]) -> tuple[int, float, slice] | None:
@@ -90,10 +115,18 @@ def _nearest(one: Signals, control: Sequence[Signals]) -> tuple[int, float, slic
     return best
 
 
-def _error(model: Model, signals: Signals) -> Array:
-    """What a model leaves of the torque (N, n) [N m|N] at every sample, unfiltered."""
+def _error(model: Model, signals: Signals, rate: float) -> Array:
+    """What a model leaves of the torque (N, n) [N m|N] at every sample, without what samples at a lower ``rate`` [Hz] cannot show."""
+    from scipy.signal import firwin
+
     assert signals.torque is not None
-    return signals.torque - model.torque(signals)
+    error = signals.torque - model.torque(signals)
+    if rate > 0.9 * signals.rate:
+        return error
+    half = round(TAPS * signals.rate / rate)
+    taps = np.asarray(firwin(2 * half + 1, PASSED * rate, fs=signals.rate))
+    padded = np.pad(error, ((half, half), (0, 0)), mode="edge")
+    return np.apply_along_axis(np.convolve, 0, padded, taps, "valid")
 
 
 def _at(time: Array, values: Array, wanted: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,15 @@ import numpy as np
 from physident.excitation.motion.recorded import RecordedMotion
 from physident.excitation.session.pieces import LENGTH, Cell, Piece
 from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
+
+OVERSHOOT = 0.01  # of a motion's range: a controller and an encoder go so far beyond what was planned
+MADE = 0.05  # of a speed or an acceleration, which a recording shows with noise
 
 
 def repeated_pieces(cell: Cell, earlier: Sequence[Signals], seconds: float) -> tuple[list[Piece], list[str]]:
     """The motions of earlier recordings as pieces that last at most so many ``seconds`` together, those that move most first, the last
-    one cut where the time ends; and notes on those that break a limit.
-
-    An acceleration counts where a limit is stated: the arm has made these motions before.
+    one cut where the time ends; and notes on those that break a limit by more than a controller overshoots.
     """
     pieces: list[Piece] = []
     notes: list[str] = []
@@ -27,11 +30,40 @@ def repeated_pieces(cell: Cell, earlier: Sequence[Signals], seconds: float) -> t
         name, motion = Path(one.source).name, RecordedMotion.of_signals(one, left)
         if motion is None:
             continue
+        motion = _inside(motion, cell.robot)
         margins = () if cell.workspace is None else tuple(cell.workspace.margins(motion))
-        broken = [f"{m.limit} of {m.where} would be {m.reached:.3g} {m.unit}" for m in margins if m.margin <= 0]
-        broken += motion.violations(cell.robot)
+        broken = _broken(motion, cell.robot)
+        broken += [f"{m.limit} of {m.where} would be {m.reached:.3g} {m.unit}" for m in margins if m.margin <= 0]
         if broken:
             notes.append(f"the motion of {name} is not repeated: {broken[0]}")
         else:
             pieces.append(Piece("again", motion, False, margins, name))
     return pieces, notes
+
+
+def _inside(motion: RecordedMotion, robot: Robot) -> RecordedMotion:
+    """The motion with what overshoots a position limit by a little brought back to it."""
+    points = np.clip(motion.points, robot.lower, robot.upper)
+    small = np.abs(points - motion.points).max() <= OVERSHOOT * float(np.ptp(motion.points, axis=0).max())
+    return replace(motion, points=points) if small else motion
+
+
+def _broken(motion: RecordedMotion, robot: Robot) -> list[str]:
+    """The limits that a motion breaks by more than an overshoot, in words."""
+    extent, n = motion.extent(), robot.n
+    room = OVERSHOOT * np.maximum(extent.upper - extent.lower, 1e-9)
+    fastest = np.array(robot.acceleration_limit or (np.inf,) * n)
+    broken = []
+    for j in range(n):
+        low, high = extent.lower[j], extent.upper[j]
+        if low < robot.lower[j] - room[j] or high > robot.upper[j] + room[j]:
+            broken.append(
+                f"joint {j + 1} went from {low:.3g} to {high:.3g}, allowed is {robot.lower[j]:.3g} to {robot.upper[j]:.3g}"
+            )
+        for name, reached, limit in (
+            ("a speed", extent.speed[j], robot.velocity_limit[j]),
+            ("an acceleration", extent.acceleration[j], fastest[j]),
+        ):
+            if reached > (1 + MADE) * limit:
+                broken.append(f"joint {j + 1} reached {name} of {reached:.3g}, allowed is {limit:.3g}")
+    return broken
