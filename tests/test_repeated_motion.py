@@ -15,7 +15,7 @@ import physident as pid
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.evened import evened
 from physident.estimation.identify import prepare_all
-from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.plant import Arm, Contact, Sensors, hide, multisine, record
 
 MOTIONS = (71, 73, 75)
 CHANGE = ("viscous_friction", 3, 2.5)  # N m s a rad: an eighth of the torque of joint 3
@@ -136,6 +136,24 @@ def test_a_holdout_that_is_compared_can_refute_and_one_that_is_not_cannot(
     refuted = pid.diagnose_motion(model, again, [mended])
     assert not refuted.causes
     assert "not confirmed on unseen data" in refuted.findings[0].doubts
+
+
+def test_a_push_during_a_repeated_motion_is_a_contact(model: pid.Estimate, folder: Path) -> None:
+    pushed = replace(faulty(), contacts=(Contact(8.0, 9.0, ((25.0, -15.0, 20.0),)),))
+    found = pid.diagnose_motion(model, [taken(folder, "pushed", pushed, MOTIONS[0], 811)])
+    (cause,) = found.causes
+    assert cause.effect == "contact"
+    ((start, end),) = cause.intervals
+    assert abs(start - 8.0) < 0.2
+    assert abs(end - 9.0) < 0.2
+
+
+def test_what_drifts_within_one_repeated_motion_is_no_curve_over_time(model: pid.Estimate, folder: Path) -> None:
+    """Of one motion every error is a function of time; the old recording is of the same motion."""
+    one = taken(folder, "one", faulty(), MOTIONS[0], 812)
+    drift = np.outer(np.sin(2 * np.pi * one.time / one.time[-1]), np.array([0, 4.0, 0, 0, 0, 0]))
+    found = pid.diagnose_motion(model, [replace(one, effort=one.effort + drift)])
+    assert "learned_time" not in {f.effect for f in found.findings}
 
 
 def test_surer_rows_keep_their_weight_and_the_others_count_by_their_error(model: pid.Estimate, ur5: pid.Robot) -> None:

@@ -17,14 +17,14 @@ from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.result.unexplained import white_memory
-from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, left_out_costs
+from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, is_worth_naming, left_out_costs
 from physident.diagnosis.search.candidate_scores import over_surrogates, score_candidates
 from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
-from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT, effect_threshold
+from physident.diagnosis.search.thresholds import effect_threshold
 from physident.diagnosis.statistics.left_out_gains import Judge, left_out_gains
-from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
+from physident.diagnosis.statistics.left_out_residuals import standard_error
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.uncertainty import correlation_rows
@@ -166,19 +166,18 @@ def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: flo
 
 def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
     """Whether left-out rows are predicted better with a curve than with the laws in its place."""
-    return _clearly_less(left_out_costs(rest, curve, now.fit.weights), left_out_costs(now, None))
+    return _clearly_less(now, left_out_costs(rest, curve, now.fit.weights), left_out_costs(now, None))
 
 
 def _is_clearly_worse(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
     """Whether left-out rows are predicted worse with a curve than with the laws in its place."""
-    return _clearly_less(left_out_costs(now, None), left_out_costs(rest, curve, now.fit.weights))
+    return _clearly_less(now, left_out_costs(now, None), left_out_costs(rest, curve, now.fit.weights))
 
 
-def _clearly_less(cost: Array, other: Array) -> bool:
+def _clearly_less(now: Hypothesis, cost: Array, other: Array) -> bool:
     """Whether a cost (G, n) is below another beyond the scatter over blocks and by as much as is worth naming."""
     gain = (other - cost).sum(axis=1)
-    worth = reduction_percent(other.sum(axis=0), cost.sum(axis=0)) >= MIN_REDUCTION_PERCENT
-    return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
+    return is_worth_naming(now, other, cost) and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
 def _law_of_its_shape(rest: Hypothesis, curve: Candidate) -> AcceptedEffect | None:

@@ -53,12 +53,13 @@ class CurvePool:
         """The curves of some joints (from 1) beside a hypothesis, those of its load as its model computes it."""
         problem, robot = hypothesis.problem, hypothesis.problem.model.robot
         signals = problem.referred(hypothesis.model)
+        shown = [*signals, *(signals[k] for k in sorted(problem.freedom.compared))]  # the control is of the same motion
         effects = [
             cls((j,)).placed(robot, signals)
             for cls in CATALOGUE.values()
             if cls.detection is Detection.AFTER_LAWS
             for j in joints
-            if j not in problem.resting_joints and not _has(problem, cls.name, j) and cls.is_shown(signals, j - 1)
+            if j not in problem.resting_joints and not _has(problem, cls.name, j) and cls.is_shown(shown, j - 1)
         ]
         added = weight_rows(build_regressor(robot, effects, signals, problem.filter), problem.weights)
         first, at, curves, placebos = len(problem.regressor.columns), 0, [], []

@@ -77,6 +77,15 @@ class DiagnosisProblem:
         return len(self.freedom.compared) == len(self.signals)
 
     @cached_property
+    def taken_off_squares(self) -> Array:
+        """The squared error (n,) [(N m|N)^2] of the model that was taken off all compared rows, as large as it usually is: a change
+        is of use beside it, and not beside the noise that a comparison leaves."""
+        if not isinstance(self.given, Estimate):
+            return np.zeros(self.model.robot.n)
+        rows = np.isin(self.regressor.recording, sorted(self.freedom.compared))
+        return self.given.sigma**2 * np.sum(self.scale[rows] ** 2, axis=0)
+
+    @cached_property
     def resting_joints(self) -> frozenset[int]:
         """Joints (from 1) that no recording moves: what their velocity shows is noise."""
         fastest = np.max([magnitude(one.v) for one in self.signals], axis=0)

@@ -141,7 +141,7 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
         for columns in (alike, leaking)
     )
     gain = (law - free).sum(axis=1)
-    worth = reduction_percent(law.sum(axis=0), free.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    worth = is_worth_naming(hypothesis, law, free)
     return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
@@ -151,7 +151,7 @@ def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) ->
     if effect_scope(candidate.name) is Scope.NEIGHBOURS:
         return alike.joint_by_joint()
     effect = candidate.options[0].effect
-    if isinstance(effect, TorqueConstant) and not hypothesis.problem.all_compared:  # a comparison takes leaks off
+    if isinstance(effect, TorqueConstant):
         return hypothesis.problem.fresh_columns(LeakingChannels(effect.joints), hypothesis.model)
     return None
 
@@ -161,7 +161,13 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
     joints = [j - 1 for j in candidate.joints] or slice(None)
     low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
-    return low > 0 and reduction_percent(before.sum(axis=0), after.sum(axis=0)) >= MIN_REDUCTION_PERCENT
+    return low > 0 and is_worth_naming(hypothesis, before, after)
+
+
+def is_worth_naming(hypothesis: Hypothesis, before: Array, after: Array) -> bool:
+    """Whether left-out costs (G, n), in units of a hypothesis' noise, fall by enough of a joint's RMS error to be of practical use."""
+    usual = hypothesis.fit.weights**2 * hypothesis.problem.taken_off_squares
+    return reduction_percent(before.sum(axis=0) + usual, after.sum(axis=0) + usual) >= MIN_REDUCTION_PERCENT
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:

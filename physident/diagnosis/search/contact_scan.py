@@ -52,8 +52,10 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
     """
     fit, regressor = hypothesis.fit, hypothesis.data.regressor
     residual = _residual(hypothesis, responses, slopes)
-    residual *= fit.weights[:, None]
+    weights = _weights(hypothesis)
+    residual *= weights[:, None]
     before = np.stack([np.einsum("ms,ms->s", part, part) for part in residual.transpose(1, 0, 2)])
+    before += (weights**2 * hypothesis.problem.taken_off_squares)[:, None]
     best, gain = np.full(residual.shape[2], -np.inf), np.zeros(before.shape)
     effect, windows, reduction = Contact(), np.zeros((0, len(fit.weights))), 0.0
     J = hypothesis.problem.jacobians
@@ -64,7 +66,7 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
             start = np.floor(time[0] / PIECE) * PIECE + phase
             label = np.floor((time - start) / PIECE).astype(int)
             from_first = slice(rows.start + int(np.searchsorted(label, 0)), rows.stop)
-            gains_of_windows = _windows(J[from_first] * fit.weights, residual[from_first], label[label >= 0])
+            gains_of_windows = _windows(J[from_first] * weights, residual[from_first], label[label >= 0])
             first, last = _intervals(gains_of_windows.sum(axis=1))
             every = np.arange(residual.shape[2])
             sums = np.concatenate([np.zeros((1, *gains_of_windows.shape[1:])), np.cumsum(gains_of_windows, axis=0)])
@@ -85,6 +87,17 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
     return ContactScan(
         each.sum(axis=0), each.sum(axis=0) - each.max(axis=0), effect, windows, reduction, joint_reduction
     )
+
+
+def _weights(hypothesis: Hypothesis) -> Array:
+    """The weights (n,) of the joints' rows: those of the fit, less where the model's error was taken off.
+
+    Who pushes the forearm is felt by the wrist less than by a push at the tool: beside the error of a model that does not matter, beside the noise
+    of a comparison it would refute every contact.
+    """
+    fit, problem = hypothesis.fit, hypothesis.problem
+    usual = problem.taken_off_squares / np.maximum(problem.regressor.counted.sum(axis=0), 1)
+    return fit.weights * fit.sigma / np.sqrt(fit.sigma**2 + usual)
 
 
 def _residual(hypothesis: Hypothesis, responses: Array, slopes: Array | None) -> Array:

@@ -107,9 +107,13 @@ def _next(
     thresholds: Mapping[Key, float],
 ) -> Chosen | None:
     """The effect of the largest gain that beats chance, is of use, and is physically possible."""
+    usual = whole.problem.taken_off_squares / np.maximum(whole.problem.regressor.counted.sum(axis=0), 1)
     for one in best_alone(stored, now, COMPARED, {c.key for c in chosen}):
         after = fit_chosen(stored, now.products, [*chosen, one], whole, now.fit.sigma)
-        useful = 100 * np.max(1 - after.fit.sigma / now.fit.sigma) >= MIN_REDUCTION_PERCENT
+        useful = (
+            100 * np.max(1 - np.sqrt((after.fit.sigma**2 + usual) / (now.fit.sigma**2 + usual)))
+            >= MIN_REDUCTION_PERCENT
+        )
         if not useful or _evidence(now, after, one) <= thresholds[one.key]:
             continue
         every = tuple(AcceptedEffect(Candidate(c.key[0], c.key[1], ()), c.effect) for c in (*chosen, one))
