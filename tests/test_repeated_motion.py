@@ -13,7 +13,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.repeated.comparison import compare_with_control
-from physident.diagnosis.repeated.evened import evened
+from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Contact, Sensors, hide, multisine, record
 
@@ -156,23 +156,29 @@ def test_what_drifts_within_one_repeated_motion_is_no_curve_over_time(model: pid
     assert "learned_time" not in {f.effect for f in found.findings}
 
 
-def test_surer_rows_keep_their_weight_and_the_others_count_by_their_error(model: pid.Estimate, ur5: pid.Robot) -> None:
+def test_other_rows_count_by_their_error_and_by_how_long_it_lasts() -> None:
     rng = np.random.default_rng(0)
-    compared = np.repeat([True, False], 4000)
-    size = np.where(compared, 0.1, 0.5)[:, None] * np.arange(1.0, 7.0)
-    residual, weights = size * rng.standard_normal((8000, 6)), np.ones((8000, 6))
     regressor = cast(Any, SimpleNamespace(segment=np.repeat([0, 1], 4000), kept_rate=20.0))
-    factor = evened(residual, weights, compared, regressor, None)
-    np.testing.assert_allclose(factor[compared], 1.0)
-    np.testing.assert_allclose(factor[~compared], 0.2, rtol=0.15)
-    slow = np.where(
-        compared[:, None], residual, np.repeat(residual[::4], 4, axis=0)
-    )  # four rows are worth one: half as sure
-    np.testing.assert_allclose(evened(slow, weights, compared, regressor, None)[~compared], 0.1, rtol=0.2)
-    # what the model errs by on its own recordings counts, though these rows left less
-    worse = replace(model, sigma=np.full(6, 50.0))
-    assert (evened(residual, weights, compared, regressor, worse)[~compared] < 0.02).all()
-    assert (evened(residual, weights, np.zeros(8000, dtype=bool), regressor, worse) == 1).all()
+    others = np.repeat([False, True], 4000)[:, None]
+    level, size = np.full(6, 0.1) * np.arange(1.0, 7.0), 0.5 * np.arange(1.0, 7.0)
+    white = others * size * rng.standard_normal((8000, 6))
+    np.testing.assert_allclose(as_sure_as(level, white, np.ones((8000, 6)), regressor), 0.2, rtol=0.15)
+    slow = np.repeat(white[::4], 4, axis=0)  # four rows are worth one: half as sure
+    np.testing.assert_allclose(as_sure_as(level, slow, np.ones((8000, 6)), regressor), 0.1, rtol=0.2)
+    # rows that are surer than a comparison count as they are
+    np.testing.assert_allclose(as_sure_as(100 * level, white, np.ones((8000, 6)), regressor), 1.0)
+
+
+def test_motions_on_which_the_model_is_far_off_do_not_hide_what_a_comparison_shows(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    """Twice as far, the cables pull as no recording of the model has shown."""
+    name, joint, size = CHANGE
+    changed = hide(faulty(), name, joint, size)
+    far = [taken(folder, f"far{seed}", changed, seed, seed) for seed in (91, 93)]
+    mixed = pid.diagnose_motion(model, [*again, *far])
+    assert (mixed.causes[0].effect, mixed.causes[0].joints) == (name, (joint,))
+    assert mixed.causes[0].parameters[0].change == pytest.approx(size, rel=0.06)
 
 
 def test_recordings_with_gaps_are_compared_with_none(model: pid.Estimate, again: list[pid.Recording]) -> None:

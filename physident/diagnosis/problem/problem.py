@@ -20,7 +20,7 @@ from physident.diagnosis.problem.recording_offset import offset_of_each_recordin
 from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
 from physident.diagnosis.repeated.comparison import Comparison
-from physident.diagnosis.repeated.evened import evened
+from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.dynamics.column_structure import KeptRows, kept_rows
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
@@ -237,6 +237,10 @@ def state_problem(
         problem = replace(problem, signals=tuple(noisy), regressor=regressor, evaluated={}, by_model=[])
         problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
     problem = replace(problem, memory=correlation_rows(regressor, noise))
+    if comparison and 0 < len(comparison.compared) < len(signals):
+        surest = comparison.of_compared()
+        alone = state_problem(question, given, surest.signals, filter, seed, recording_offsets, surest)
+        problem = _beside(problem, regressor, alone)
     data = problem.search_data(model)
     # with an offset of its own, no recording can be predicted by the others
     recordings = 1 if recording_offsets else len(signals)
@@ -252,12 +256,20 @@ def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array
     known = known_rows(spread)
     plain = replace(problem, weights=known, regressor=weight_rows(problem.regressor, known), evaluated={}, by_model=[])
     left = _left_by_all(plain, model)
-    compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
-    weights = rest_weights(spread, dry, left / known, problem.regressor)
-    estimate = problem.given if isinstance(problem.given, Estimate) else None
-    counted = known * problem.regressor.counted
-    weighted = _with_weights(problem, weights * evened(left, counted, compared, problem.regressor, estimate))
+    weighted = _with_weights(problem, rest_weights(spread, dry, left / known, problem.regressor))
     return weighted, _left_by_all(weighted, model)
+
+
+def _beside(problem: DiagnosisProblem, unweighted: Regressor, surest: DiagnosisProblem) -> DiagnosisProblem:
+    """The problem with the weights and the memory that its compared recordings have alone, and other rows as sure as they are."""
+    model = problem.model
+    rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
+    noise = _left_by_all(surest, model)
+    size = np.sqrt((noise**2).sum(axis=0) / np.maximum((surest.weights**2).sum(axis=0), 1e-300))
+    left = problem.search_data(model).response * ~rows[:, None]
+    weights = problem.weights * as_sure_as(size * np.sqrt(surest.memory), left, problem.weights, problem.regressor)
+    weights[rows] = surest.weights
+    return replace(_with_weights(replace(problem, regressor=unweighted), weights), memory=surest.memory)
 
 
 def _with_weights(problem: DiagnosisProblem, weights: Array) -> DiagnosisProblem:

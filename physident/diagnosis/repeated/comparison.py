@@ -46,6 +46,14 @@ class Comparison:
         """The indices of the new recordings that repeat a motion of the control."""
         return frozenset(k for k, partner in enumerate(self.partner) if partner is not None)
 
+    def of_compared(self) -> Comparison:
+        """The same of the recordings that repeat a motion alone."""
+        kept = sorted(self.compared)
+        signals, partner, lag, untouched = (
+            tuple(values[k] for k in kept) for values in (self.signals, self.partner, self.lag, self.untouched)
+        )
+        return replace(self, signals=signals, partner=partner, lag=lag, untouched=untouched)
+
     def control_spread(self, model: Model, effects: Sequence[Effect], filter: Filter, regressor: Regressor) -> Array:
         """How little the control knew the sign of each joint's velocity in the rows of a regressor of the signals: standard deviation
         (M, n), zero in rows that are not compared."""

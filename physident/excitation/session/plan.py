@@ -32,6 +32,9 @@ LONGEST = 60.0  # min
 FEWEST = 2  # pieces to fit
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
+ANY_CHANGE = (
+    "they show any change beside the noise of two recordings, whatever the model lacks; it is no question of this list"
+)
 SMALLEST_POOL, LARGEST_POOL = 4, 200
 
 
@@ -110,6 +113,8 @@ def plan_session(
     again, others = candidates[: len(repeated)], candidates[len(repeated) :]
     chosen, holdout = _chosen(again, others, budget, score, spare)
     progress(1.0)
+    if repeated:
+        broken = [f"{len(repeated)} pieces repeat earlier motions: {ANY_CHANGE}", *broken]
     session = _session(chosen, holdout, budget, score, noise_words, (*notes, *broken))
     session = session if loaded is None else _with_loaded(session, loaded)
     return _with_spare_time(session, budget.minutes)

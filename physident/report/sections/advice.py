@@ -26,7 +26,16 @@ LEADS = {
 
 def advice(c: DiagnosisRecord) -> Markup:
     """A list, or the statement that nothing more is needed."""
-    items = [*_incomplete(c), *_rivals(c), *_holdout(c), *_uncertain(c), *_remainder(c), *_unseen(c), *_unidentified(c)]
+    items = [
+        *_incomplete(c),
+        *_again(c),
+        *_rivals(c),
+        *_holdout(c),
+        *_uncertain(c),
+        *_remainder(c),
+        *_unseen(c),
+        *_unidentified(c),
+    ]
     if not items:
         items = ["Nothing more is needed for this answer."]
     return tag("section", tag("h2", "What to record next"), tag("ul", *(tag("li", item) for item in items)))
@@ -36,6 +45,15 @@ def _incomplete(c: DiagnosisRecord) -> list[str]:
     if not c.incomplete or c.controlled:  # then they have been asked
         return []
     return ["First find what the model lacks: diagnose the recordings that it was fitted to."]
+
+
+def _again(c: DiagnosisRecord) -> list[str]:
+    if not c.controlled or any(used.repeats is not None for used in c.recordings):
+        return []
+    return [
+        "Record a motion of the model's own recordings again: compared row by row, what the model always lacked cancels, and what has"
+        " changed is left. physident plan --diagnosis writes such a motion."
+    ]
 
 
 def _rivals(c: DiagnosisRecord) -> list[Markup]:

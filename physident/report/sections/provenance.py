@@ -7,9 +7,11 @@ import platform
 import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
+from pathlib import Path
 
 from markupsafe import Markup
 
+from physident.diagnosis.result.findings import UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.dynamics.model import Model
@@ -23,13 +25,17 @@ PACKAGES = {"numpy": "numpy", "scipy": "scipy", "Pinocchio": "pin"}  # the usual
 
 def provenance(c: DiagnosisRecord, recordings: Sequence[Reread], command: str) -> Markup:
     """A table of the recordings, and one of everything else."""
-    rows = [[one.used.path, one.used.role, tag("code", one.used.sha256), one.status] for one in recordings]
+    rows = [[one.used.path, _role(one.used), tag("code", one.used.sha256), one.status] for one in recordings]
     return tag(
         "section",
         tag("h2", "Origin of this page"),
         table(["recording", "used as", "SHA-256 of its data", "now"], rows, class_="files"),
         table(["", ""], [[name, value] for name, value in _facts(c, command)], class_="files"),
     )
+
+
+def _role(used: UsedRecording) -> str:
+    return used.role if used.repeats is None else f"{used.role}; repeats the motion of {Path(used.repeats).name}"
 
 
 def _facts(c: DiagnosisRecord, command: str) -> list[tuple[str, str]]:
