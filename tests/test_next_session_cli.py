@@ -88,6 +88,8 @@ def test_the_page_runs_and_the_next_session_counts_what_was_known(start, tmp_pat
         (["plan", "--robot", "arm.urdf", "--out", "x", "--noise", "-2", "--limits", "joint"], "noise is -2"),
         (["plan", "--robot", "arm.urdf", "--out", "x", "--robot-limits", "speed=-1"], "expected positive numbers"),
         (["plan", "--robot", "arm.urdf", "--out", "arm.urdf", *FAST], "expected a folder"),
+        (["plan", "--robot", "arm.urdf", "--out", "x", *FAST, "--repeat", "none.csv"], "none.csv"),
+        (["plan", "--diagnosis", "d.json", "--out", "x", "--repeat", "a.csv"], "expected --repeat with --robot only"),
         (["plan", "--diagnosis", "arm.urdf", "--out", "x"], "not valid JSON"),
         (["plan", "--diagnosis", "first/session.json", "--out", "x"], "schema is"),
         (["resume", "nowhere", "--recordings", "01.csv"], "nowhere"),

@@ -83,9 +83,9 @@ def test_the_errors_told_are_those_of_the_models_and_not_of_the_comparison(
     model: pid.Estimate, again: list[pid.Recording], found: pid.Diagnosis
 ) -> None:
     measured = pid.validate(model, again)
-    np.testing.assert_allclose(found.before.rms, measured.rms, rtol=0.1)
+    np.testing.assert_allclose(found.before.rms, measured.rms, rtol=0.05)
     assert found.estimate is not None
-    np.testing.assert_allclose(found.after.rms, pid.validate(found.estimate, again, include_fitted=True).rms, rtol=0.1)
+    np.testing.assert_allclose(found.after.rms, pid.validate(found.estimate, again, include_fitted=True).rms, rtol=0.05)
 
 
 def test_the_extended_model_is_the_given_one_and_the_change(model: pid.Estimate, found: pid.Diagnosis) -> None:

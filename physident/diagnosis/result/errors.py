@@ -47,7 +47,7 @@ def _left_out_errors(hypothesis: Hypothesis, comparison: Comparison | None) -> J
     residual, torque = hypothesis.left_out_fits.residual() / problem.weights, hypothesis.torque
     inside, rest_friction = hypothesis.in_folds, hypothesis.rest_friction
     if comparison is not None:
-        taken_off = comparison.taken_off(problem.model, problem.filter)
+        taken_off = comparison.taken_off(problem.model, problem.filter) * regressor.counted
         residual, torque = residual + taken_off, torque + taken_off
         rests = rest_rows(hypothesis.extension.model, comparison.untouched, problem.filter)
         rest_friction = rests.friction * regressor.counted
