@@ -66,6 +66,8 @@ def _diagnosed() -> list[tuple[str, str, str]]:
     sets = results("blind_trials")["sets"].values()
 
     apart, eight = results("discriminating"), results("diagnosis_speed")
+    worlds, loop = results("open_world")["worlds"], results("active")["loop"]["summary"]
+    again, other = worlds["again"]["figures"], worlds["first"]["figures"]
     both_seconds = f"{max(one['seconds']['median'] for one in sets):.1f} s of processor time, at most {max(one['seconds']['largest'] for one in sets):.1f}"
 
     def both(key: str) -> str:
@@ -92,6 +94,17 @@ def _diagnosed() -> list[tuple[str, str, str]]:
             f"a diagnosis of {eight['recordings']} runs of a UR10e, {eight['seconds'] / 60:.0f} minutes",
             f"{eight['processor_s']:.0f} s of processor time",
             "diagnosis_speed",
+        ),
+        (
+            "what is different in arms with physics that no model has, along repeated motions (any question, along others): named first; untouched arms accused",
+            f"{again['first']['percent']:.0f} % and {again['twin_false']['percent']:.0f} % ({other['first']['percent']:.0f} % and"
+            f" {other['twin_false']['percent']:.0f} %)",
+            "open_world",
+        ),
+        (
+            "one to three changes of such an arm, each named alone with its value after one planned minute (one of random motions)",
+            f"{loop['named_first']['planned']} of {loop['arms']} arms ({loop['named_first']['random']})",
+            "active",
         ),
         (
             "rivals that ordinary motions left undecided, told apart on the motion designed for them",

@@ -91,6 +91,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "named_within": {way: int(sum(v <= SESSIONS for v in values)) for way, values in ran.items()},
         "effects": {way: _effects(by, judged, way) for way in WAYS},
         "median_ratio_planned_to_random": float(np.median(ratio)) if ratio else None,
+        "arms_where_planned_needs_less": int(sum(r < 1 for r in ratio)),
         "arms_where_planned_needs_more_than_random": int(sum(r > 1 for r in ratio)),
         "arms_with_a_false_cause": {
             way: int(sum(bool(by[i, way]["false"]) for i in judged if (i, way) in by)) for way in WAYS
@@ -118,9 +119,10 @@ def loop_table(found: dict[str, Any]) -> str:
             f"{found['named_within'][way]:10d}{named:6d} of {of:<3d}{found['arms_with_a_false_cause'][way]:14d}    {values}"
         )
     if found["median_ratio_planned_to_random"] is not None:
+        medians = found["median"]["planned"] / found["median"]["random"]
         rows.append(
-            f"planned needs {found['median_ratio_planned_to_random']:.2f} of random's minutes (median),"
-            f" and more on {found['arms_where_planned_needs_more_than_random']} arms"
+            f"planned needs {medians:.2f} of random's minutes by the medians, {found['median_ratio_planned_to_random']:.2f} in the median of"
+            f" the ratios, less on {found['arms_where_planned_needs_less']} arms and more on {found['arms_where_planned_needs_more_than_random']}"
         )
     return "\n".join(rows)
 

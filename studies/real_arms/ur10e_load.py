@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from asking import HERE, brief, diagnose, february, named, parameter, paths, shown
+from asking import DATA, HERE, UR10E, ask, brief, diagnose, february, named, parameter, paths, shown
 
 from physident.graphics.style import JOINTS, effect_colour, figure, save
 
@@ -40,13 +40,30 @@ def study(work: Path) -> tuple[dict[str, Any], list[str]]:
         ]
     rows.append("asked of the default model instead, in which friction by load is missing:")
     rows += [f"  {label:<26} {named(found)}" for label, found in plain.items()]
+    twin = _compared(work)
+    mass = parameter(twin, "payload", "mass")
+    rows += [
+        "asked of the default model fitted to the run without load of that day as well, which is of the same motion:",
+        f"  unknown load, 31 January   {named(twin)}",
+    ]
+    if mass is not None:
+        low, high = mass["interval95"]
+        rows.append(f"  its mass: {mass['value']:.2f} kg [{low:.2f}, {high:.2f}]")
     results = {
+        "compared": brief(twin),
         "diagnoses": {label: brief(found) for label, found in answers.items()},
         "default_model": {label: brief(found) for label, found in plain.items()},
         "mass": masses, "known_kg": KNOWN, "gain_scale": scale,
     }  # fmt: skip
     _draw(answers, masses, HERE / "ur10e_load.png")
     return results, rows
+
+
+def _compared(work: Path) -> dict[str, Any]:
+    """The run with the unknown load, beside the one without that repeats its motion."""
+    model, runs = work / "ur10e_unloaded.json", paths("ur10e", "ur-20_02_*.csv", RUNS["no load, 31 January"])
+    ask("identify", *runs, "--robot", DATA / "ur10e" / "ur10e.urdf", *UR10E, "--out", model)
+    return diagnose(work, "compared", model, paths("ur10e", RUNS["unknown load, 31 January"]))
 
 
 def _draw(answers: dict[str, Any], masses: dict[str, Any], path: Path) -> None:

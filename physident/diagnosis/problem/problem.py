@@ -228,8 +228,9 @@ def state_problem(
         recording_offsets=recording_offsets,
     )
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
-    if comparison:
-        spread = np.hypot(spread, comparison.control_spread(model, ordinary.effects, filter, regressor))
+    if comparison and comparison.compared:
+        before = comparison.control_spread(model, ordinary.effects, filter, regressor)
+        spread = np.where(before > 0, np.hypot(spread, before), spread)
     problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
     size = np.sqrt((noise**2).sum(axis=0) / (problem.weights**2).sum(axis=0))
     if (noisy := at_resolution(signals, regressor, size, filter, seed)) is not None:

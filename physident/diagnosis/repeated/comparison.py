@@ -81,7 +81,7 @@ def compare_with_control(model: Model, new: Sequence[Signals], control: Sequence
 
     A recording with gaps, or of which less than four fifths repeat a motion, is compared with none.
     """
-    errors: dict[int, Array] = {}
+    errors: dict[tuple[int, float], Array] = {}
     signals, untouched = list(new), list(new)
     partner: list[int | None] = [None] * len(new)
     lags = [0.0] * len(new)
@@ -90,12 +90,12 @@ def compare_with_control(model: Model, new: Sequence[Signals], control: Sequence
         if best is None:
             continue
         k, lag, rows = best
-        if k not in errors:
-            errors[k] = _error(model, control[k], one.rate)
+        if (k, one.rate) not in errors:
+            errors[k, one.rate] = _error(model, control[k], one.rate)
         kept = one.part(rows)
         assert kept.torque is not None
         partner[i], lags[i], untouched[i] = k, lag, kept
-        signals[i] = replace(kept, torque=kept.torque - _at(control[k].time, errors[k], kept.time + lag))
+        signals[i] = replace(kept, torque=kept.torque - _at(control[k].time, errors[k, one.rate], kept.time + lag))
     return Comparison(
         signals=tuple(signals),
         partner=tuple(partner),
