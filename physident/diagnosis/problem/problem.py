@@ -228,9 +228,8 @@ def state_problem(
         recording_offsets=recording_offsets,
     )
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
-    if comparison and comparison.compared:
-        before = comparison.control_spread(model, ordinary.effects, filter, regressor)
-        spread = np.where(before > 0, np.hypot(spread, before), spread)
+    if comparison:
+        spread = comparison.spread_of_both(spread, model, ordinary.effects, filter, regressor)
     problem, noise = _weighted(problem, model, spread, dry_level(ordinary))
     size = np.sqrt((noise**2).sum(axis=0) / (problem.weights**2).sum(axis=0))
     if (noisy := at_resolution(signals, regressor, size, filter, seed)) is not None:

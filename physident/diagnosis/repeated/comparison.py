@@ -21,7 +21,7 @@ from physident.estimation.dry_friction.row_weights import spread_rows
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
-PASSED = 0.4  # of the lower rate: noise above it would fold back, and double what two recordings differ by
+PASSED = 0.8  # of half the lower rate: noise above it would fold back, and double what two recordings differ by
 TAPS = 4  # samples at the lower rate on either side, over which that filter lasts
 REPEATED = 0.8  # of a recording's samples, the rest of which is cut off: begun or stopped at another moment
 
@@ -54,18 +54,19 @@ class Comparison:
         )
         return replace(self, signals=signals, partner=partner, lag=lag, untouched=untouched)
 
-    def control_spread(self, model: Model, effects: Sequence[Effect], filter: Filter, regressor: Regressor) -> Array:
-        """How little the control knew the sign of each joint's velocity in the rows of a regressor of the signals: standard deviation
-        (M, n), zero in rows that are not compared."""
-        result = np.zeros(regressor.torque.shape)
+    def spread_of_both(
+        self, spread: Array, model: Model, effects: Sequence[Effect], filter: Filter, regressor: Regressor
+    ) -> Array:
+        """How little the sign of each joint's velocity is known in the rows of a regressor of the signals, from the ``spread`` (M, n) of
+        the new recordings and, where they are compared, that of the control: standard deviation (M, n)."""
+        result = spread.copy()
         for k in sorted(self.compared):
             own = [self.control[self.partner[k] or 0]]
             time = build_regressor(model.robot, [], own, filter, model=model).time
             rows = regressor.recording == k
-            spread = spread_rows(model.robot, effects, own, filter).T
-            result[rows] = np.array(
-                [np.interp(regressor.time[rows] + self.lag[k], time, column) for column in spread]
-            ).T
+            known = spread_rows(model.robot, effects, own, filter)
+            before = [np.interp(regressor.time[rows] + self.lag[k], time, column) for column in known.T]
+            result[rows] = np.where(np.array(before).T > 0, np.hypot(spread[rows], np.array(before).T), spread[rows])
         return result
 
     def taken_off(self, model: Model, filter: Filter) -> Array:
@@ -132,7 +133,7 @@ def _error(model: Model, signals: Signals, rate: float) -> Array:
     if rate > 0.9 * signals.rate:
         return error
     half = round(TAPS * signals.rate / rate)
-    taps = np.asarray(firwin(2 * half + 1, PASSED * rate, fs=signals.rate))
+    taps = np.asarray(firwin(2 * half + 1, PASSED * rate / 2, fs=signals.rate))
     padded = np.pad(error, ((half, half), (0, 0)), mode="edge")
     return np.apply_along_axis(np.convolve, 0, padded, taps, "valid")
 
