@@ -269,7 +269,7 @@ def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made:
 
     def outcome(*findings: Any, described: tuple[int, ...] = ()) -> tuple[bool, ...]:
         told = answer(*findings, described=described)
-        s = score_outside(known.scene, known.trial, cause.joints, known.changed, told)
+        s = score_outside(known.scene, known.trial, cause, known.changed, told)
         return s.wrong, s.joint, s.right_description, s.silent
 
     assert outcome() == (False, False, False, True)
@@ -278,6 +278,10 @@ def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made:
     assert outcome(finding("torque_constant", (there,)), described=(there,)) == (True, True, True, False)
     assert outcome(finding("torque_constant", (elsewhere,))) == (True, False, False, False)
     assert outcome(finding("torque_constant", (there,), grade="hint")) == (False, True, True, False)
+    # a gas spring's torque depends on position: a learned curve that says so is no name, and right where it stands
+    assert outcome(finding("learned_position", (there,))) == (False, True, True, False)
+    assert outcome(finding("learned_time", (there,))) == (True, True, False, False)
+    assert outcome(finding("learned_load", (elsewhere,))) == (True, False, False, False)
 
 
 def rows_of(monkeypatch: pytest.MonkeyPatch, made: Callable[[str], Known], right: bool) -> list[dict[str, Any]]:

@@ -60,7 +60,7 @@ def _scored(scene: Scene, trial: Trial, changed: tuple[Taken, ...], clock: Clock
     found = _diagnosed(scene, changed, clock)
     if trial.outside:
         cause = outside_of(scene, trial.outside, trial.draw)
-        scored = {"outside_score": asdict(score_outside(scene, trial, cause.joints, changed, found)),
+        scored = {"outside_score": asdict(score_outside(scene, trial, cause, changed, found)),
                   "variable": cause.variable, "where": list(cause.joints)}  # fmt: skip
     else:
         scored = {"score": asdict(score(scene, trial, changed, found))}

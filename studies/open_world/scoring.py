@@ -16,6 +16,7 @@ from studies.open_world.sizing import residual_rms
 from studies.open_world.taken import Taken
 from studies.open_world.trial import Scene, Trial
 from studies.open_world.value import value_error
+from studies.open_world.world import OutsideCause
 
 Array = NDArray[np.float64]
 CURVES = {  # what the kinds of background of both worlds are functions of
@@ -55,11 +56,13 @@ class Score:
 
 @dataclass(frozen=True)
 class OutsideScore:
-    """Of a diagnosis of a cause outside of the catalogue: ``wrong``: a false name is given as a cause; ``joint``: whatever is
-    told is on a right joint; ``described``: there is a description on some joint; ``right_description``: on a right joint;
-    ``silent``: neither name nor description. ``gain`` [%] as above."""
+    """Of a diagnosis of a cause outside of the catalogue: ``wrong``: a false name is given as a cause; ``variable``: a learned curve of
+    the right variable is, on a right joint, None where no variable is right; ``joint``: whatever is told is on a right joint;
+    ``described``: there is a description on some joint; ``right_description``: on a right joint; ``silent``: neither name nor
+    description. ``gain`` [%] as above."""
 
     wrong: bool
+    variable: bool | None
     joint: bool
     described: bool
     right_description: bool
@@ -117,26 +120,36 @@ def _told_keys(finding: Any) -> list[Key]:
 
 
 def score_outside(
-    scene: Scene, trial: Trial, joints: tuple[int, ...], changed: Sequence[Taken], diagnosis: Any
+    scene: Scene, trial: Trial, cause: OutsideCause, changed: Sequence[Taken], diagnosis: Any
 ) -> OutsideScore:
     """Judge a diagnosis of recordings in which something acts that has no name in the catalogue."""
     causes, rest = split(diagnosis)
-    own = true_of(scene)
+    seen = cause.joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
+    curves = {(name, (j,)) for name in _curves(cause) for j in seen}
+    own = true_of(scene) | curves
     false = [f for f in causes if not all(_any(claim, own) for claim in claims(f))]
+    right = [f for f in causes if any(_any(claim, curves) for claim in claims(f))]
     described, words = descriptions(diagnosis)
-    seen = joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
-    placed = {j for f in (*false, *rest) for j in f.joints} | set(described)
+    placed = {j for f in (*false, *right, *rest) for j in f.joints} | set(described)
     return OutsideScore(
         wrong=bool(false),
+        variable=bool(right) if curves else None,
         joint=any(j in placed for j in seen),
-        described=bool(described or rest),
-        right_description=any(j in described or any(j in f.joints for f in rest) for j in seen),
-        silent=not (false or described or rest),
+        described=bool(described or right or rest),
+        right_description=any(j in described or any(j in f.joints for f in (*right, *rest)) for j in seen),
+        silent=not (false or right or described or rest),
         gain=gain(scene, trial, changed, diagnosis),
         told=told(diagnosis),
         described_as=words,
         verdict=diagnosis.verdict,
     )
+
+
+def _curves(cause: OutsideCause) -> set[str]:
+    """The learned effects that describe a cause from outside rightly: a curve of its variable; what is tight in places is friction there."""
+    if cause.variable == "other":
+        return set()
+    return {"learned_position_friction" if cause.kind == "tight_spot" else f"learned_{cause.variable}"}
 
 
 def score_twin(scene: Scene, diagnosis: Any) -> TwinScore:

@@ -64,6 +64,8 @@ FIGURES: dict[str, Figure] = {
     "outside_joint": ("  a right joint in whatever is told", _outside, lambda s: s["joint"]),
     "outside_told": ("  no wrong name, and a description on a right joint", _outside,
                      lambda s: not s["wrong"] and s["right_description"]),
+    "outside_variable": ("  a curve of the right variable on a right joint, where a variable is right", _outside,
+                         lambda s: s.get("variable")),
     "outside_silent": ("  silence", _outside, lambda s: s["silent"]),
 }  # fmt: skip
 
