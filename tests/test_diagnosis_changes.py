@@ -141,3 +141,22 @@ def test_unequal_time_since_the_start_is_named(healthy_runs: list[pid.Recording]
 def finding(effect: str) -> Finding:
     gain = Reduction(rms_before=1.0, rms_after=0.5, reduction_percent=50.0, interval95=(40.0, 60.0))
     return Finding(effect=effect, joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=1.0)
+
+
+def test_a_temperature_that_nobody_measured_before_is_taken_for_the_first_one(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate
+) -> None:
+    """Friction that falls with a measured temperature is found, though the model's own recordings have none."""
+    warm = []
+    for run in healthy_runs[2:]:
+        assert run.dq is not None
+        hot = 20.0 + 15.0 * (1 - np.exp(-(run.time - run.time[0]) / 6.0))
+        slower = np.tanh(run.dq / 0.02) * (-0.12 * (hot - 20.0))[:, None] * (np.arange(6) == JOINT - 1)
+        warm.append(replace(run, effort=run.effort + slower, temperature=np.tile(hot[:, None], (1, 6))))
+    with pytest.warns(pid.PhysidentWarning, match="taken to be as warm as where these begin, 20.0 degC"):
+        found = pid.diagnose_motion(healthy_estimate, warm)
+    first = found.causes[0]
+    assert (first.effect, first.joints) == ("warm_up", (JOINT,))
+    assert first.parameters[0].unit == "N m/degC"
+    assert first.parameters[0].change == pytest.approx(-0.12, rel=0.15)
+    assert any("record temperatures both times" in text for text in found.warnings)

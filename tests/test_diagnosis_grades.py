@@ -77,11 +77,11 @@ def test_a_cause_takes_more_than_is_left_above_the_noise() -> None:
 
 
 def test_what_is_small_beside_the_noise_is_no_cause_though_it_leaves_nothing() -> None:
-    """A right model leaves half a newton metre: what lowers the RMS by 3 % changes no prediction, 10 % does."""
-    assert grade(finding(0.5 / 0.97, 0.5)) == "contribution"
-    assert grade(finding(0.5 / 0.9, 0.5)) == "cause"
+    """A right model leaves half a newton metre: what lowers the RMS by 2 % changes no prediction, 4 % does."""
+    assert grade(finding(0.5 / 0.98, 0.5)) == "contribution"
+    assert grade(finding(0.5 / 0.96, 0.5)) == "cause"
     # a model that now leaves less than a right one does may take up noise: what counts is what even a right one leaves
-    assert grade(finding(0.15, 0.1)) == "contribution"
+    assert grade(finding(0.13, 0.1)) == "contribution"
 
 
 def test_what_a_comparison_proves_must_still_be_noticed_beside_the_models_usual_error() -> None:
@@ -94,9 +94,9 @@ def test_what_a_comparison_proves_must_still_be_noticed_beside_the_models_usual_
 
 
 def test_a_finding_is_judged_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first joint's noise is ten times that of the second: what only the second feels is a cause there, and not where the first
+    """The first joint's noise is twelve times that of the second: what only the second feels is a cause there, and not where the first
     counts as well."""
-    one, expected = finding(1.0, 0.5), np.array([5.0, 0.5])
+    one, expected = finding(1.0, 0.5), np.array([6.0, 0.5])
     assert graded(hypothesis(), [one], level(expected))[0].grade == "contribution"
     monkeypatch.setattr(grades, "where_it_shows", lambda *_: np.array([0.0, 1.0]))
     assert graded(hypothesis(), [one], level(expected))[0].grade == "cause"

@@ -15,7 +15,7 @@ from physident.diagnosis.result.advice import other_rival
 from physident.diagnosis.result.assemble import _joined
 from physident.diagnosis.result.findings import Rival
 from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import random_motion, same_torque
+from physident.diagnosis.rivals.same_torque import by_simpler, random_motion, same_torque
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
@@ -94,8 +94,22 @@ def test_a_payload_that_stands_for_a_wrong_zero_has_it_as_rival(planar: Hypothes
     }
 
 
+def test_presliding_over_no_distance_is_coulomb_friction(planar: Hypothesis) -> None:
+    """The same friction by the distance, which is known better at reversals than the sign of velocity: the simpler name counts."""
+    state = accepted(planar, ("joint_zero_offset", (1,)), ("presliding_hysteresis", (2,)))
+    simpler, stands_for = by_simpler(state)
+    assert [one.candidate.key for one in simpler] == [("joint_zero_offset", (1,)), ("coulomb_friction", (2,))]
+    assert stands_for == {("coulomb_friction", (2,)): ("presliding_hysteresis", (2,))}
+    # over a distance that the joint moves within, it is something else
+    far = state.accepted[1].candidate.options[-1].effect
+    assert far is not None
+    apart = settled_hypothesis(state.problem, [state.accepted[0], replace(state.accepted[1], effect=far)])
+    assert by_simpler(apart) == (apart.accepted, {})
+
+
 def test_friction_has_no_such_rival(planar: Hypothesis) -> None:
-    state = accepted(planar, ("viscous_friction", (2,)))
+    # with the wrong zero unexplained, what scales the friction of both joints would be hidden on the first by its error
+    state = accepted(planar, ("joint_zero_offset", (1,)), ("viscous_friction", (2,)))
     assert same_torque(state)["viscous_friction", (2,)] == []
 
 

@@ -11,7 +11,7 @@ import physident as pid
 from physident.diagnosis.grading.grades import ExpectedError, graded
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.assemble import make_findings
-from physident.diagnosis.rivals.rivals import RivalCheck
+from physident.diagnosis.rivals.rivals import RivalCheck, check_rivals
 from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
@@ -138,6 +138,20 @@ def test_a_rival_counts_as_found(first: CandidateScores, last: CandidateScores) 
     rivals = tuple(a.candidate for a in last.hypothesis.accepted if a.candidate.key == TRUE[0])
     assert stability_of(first, last, [RivalCheck(wrong, 10.0, rivals)])[CHANCE] == 1.0
     assert stability_of(first, last, [RivalCheck(wrong, 10.0, (), rivals)])[CHANCE] == 1.0
+    assert stability_of(first, last, [RivalCheck(wrong, 10.0, (), (), rivals)])[CHANCE] == 1.0
+
+
+def test_a_larger_law_that_contains_an_effect_is_no_rival_and_finds_it(last: CandidateScores) -> None:
+    """Presliding over no distance is Coulomb friction; of powers of the velocity one is near the first; a peak near rest is neither."""
+    same = {
+        one.candidate.key: {c.key for c in check_rivals(last, one).larger}
+        for one in last.hypothesis.accepted
+        if one.candidate.key in TRUE
+    }
+    coulomb, viscous = (same[key] for key in TRUE)
+    assert ("presliding_hysteresis", (3,)) in coulomb
+    assert ("nonlinear_viscous_friction", (3,)) in viscous
+    assert ("stribeck_friction", (3,)) not in coulomb | viscous
 
 
 def test_halves_are_pairs_that_share_no_unit(

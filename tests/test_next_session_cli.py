@@ -103,6 +103,66 @@ def test_what_cannot_be_planned_is_refused_in_one_line(session, tmp_path, monkey
     one_line_error.fails(capfd, tmp_path, arguments, says)
 
 
+def test_recordings_of_other_pieces_are_refused_and_of_none_are_named(session, tmp_path, monkeypatch, capfd) -> None:
+    shutil.copytree(session, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    legs = [leg["name"] for leg in json.loads(Path("first/session.json").read_text())["legs"]]
+    for k, name in enumerate(legs):
+        made = ["simulate", "--model", "truth.json", "--trajectory", f"first/{name}.json", "--sensors", "sensors.json"]
+        assert run([*made, "--seed", str(k), "--out", f"{k}.csv"]) == 0
+    in_order = [f"{k}.csv" for k in range(len(legs))]
+    one_line_error.fails(
+        capfd, tmp_path, ["resume", "first", "--recordings", *reversed(in_order)], f"its motion is that of {legs[-1]}"
+    )
+    other = Path("other.csv")
+    other.write_text(Path("0.csv").read_text())
+    rows = np.genfromtxt(other, delimiter=",", names=True)
+    columns = [rows[name] for name in rows.dtype.names or ()]
+    for k, name in enumerate(rows.dtype.names or ()):
+        if name.startswith("q_"):
+            columns[k] = rows[name][::-1]
+        if name.startswith("dq_"):
+            columns[k] = -rows[name][::-1]
+    np.savetxt(other, np.column_stack(columns), delimiter=",", header=",".join(rows.dtype.names or ()), comments="")
+    capfd.readouterr()
+    assert run(["resume", "first", "--recordings", "other.csv", *in_order[1:]]) == 0
+    warned = [
+        line for line in capfd.readouterr().err.splitlines() if "does not follow the planned motion of piece" in line
+    ]
+    assert len(warned) == 1
+    assert all(word in warned[0] for word in ("other.csv", legs[0]))
+    for k, name in enumerate(legs):
+        Path(f"{k}.csv").rename(f"{name}.csv")
+    assert run(["resume", "first", "--recordings", *(f"{name}.csv" for name in legs[1:])]) == 0
+    assert f"{legs[0]}: not recorded" in capfd.readouterr().err
+    held_out = [
+        leg["name"] for leg in json.loads(Path("first/session.json").read_text())["legs"] if leg["role"] == "holdout"
+    ]
+    one_line_error.fails(
+        capfd, tmp_path, ["resume", "first", "--recordings", f"{held_out[0]}.csv"], f"none of {legs[0]}"
+    )
+
+
+def test_earlier_motions_that_cannot_be_repeated_are_named(session, tmp_path, monkeypatch, capfd) -> None:
+    shutil.copytree(session, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    leg = json.loads(Path("first/session.json").read_text())["legs"][0]["name"]
+    made = ["simulate", "--model", "truth.json", "--trajectory", f"first/{leg}.json", "--sensors", "sensors.json"]
+    assert run([*made, "--seed", "1", "--out", "whole.csv"]) == 0
+    lines = Path("whole.csv").read_text().splitlines()
+    middle = len(lines) // 2
+    Path("gap.csv").write_text("\n".join([*lines[:middle], *lines[middle + 120 :]]) + "\n")
+    capfd.readouterr()
+    assert (
+        run(["plan", "--robot", "arm.urdf", "--out", "x", *FAST, "--repeat", "gap.csv", "--repeat", "whole.csv"]) == 0
+    )
+    said = " ".join(capfd.readouterr().out.split())
+    assert "the motion of gap.csv is not repeated: it has gaps" in said
+    assert "1 piece repeats an earlier motion" in said
+    twice = ["plan", "--robot", "arm.urdf", "--out", "y", *FAST, "--repeat", "whole.csv", "--repeat", "whole.csv"]
+    one_line_error.fails(capfd, tmp_path, twice, "whole.csv")
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

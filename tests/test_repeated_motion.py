@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.grading.control import control_recordings
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.estimation.identify import prepare_all
+from tests.bags import write_bag
 from tests.plant import Arm, Contact, Sensors, hide, multisine, record
 
 MOTIONS = (71, 73, 75)
@@ -179,6 +181,80 @@ def test_motions_on_which_the_model_is_far_off_do_not_hide_what_a_comparison_sho
     mixed = pid.diagnose_motion(model, [*again, *far])
     assert (mixed.causes[0].effect, mixed.causes[0].joints) == (name, (joint,))
     assert mixed.causes[0].parameters[0].change == pytest.approx(size, rel=0.06)
+
+
+def test_a_periodic_motion_is_compared_from_its_first_period(model: pid.Estimate, again: list[pid.Recording]) -> None:
+    """A period later it is like itself, too; noise must not decide which of both is taken."""
+    filter, robot = model.filter, model.model.robot
+    one = again[0]
+    time = np.arange(0.0, 20.0, 0.008)
+    angle = 2 * np.pi * 0.1 * time[:, None] * np.array([1, 2, 3, 1, 2, 3]) + np.arange(6)
+    q, dq = 0.5 * np.sin(angle), np.pi * 0.1 * np.cos(angle) * np.array([1, 2, 3, 1, 2, 3])
+    made = []
+    for seed in range(8):
+        noise = 1e-4 * np.random.default_rng(seed).standard_normal(q.shape)
+        made.append(replace(one, time=time, q=q + noise, dq=dq + noise, effort=np.sin(angle)))
+    control, *new = prepare_all(robot, made, filter)
+    found = compare_with_control(model.model, new, [control])
+    assert found.partner == (0,) * len(new)
+    np.testing.assert_allclose(found.lag, 0.0, atol=0.01)
+
+
+def test_standstill_before_and_after_the_motion_is_cut_off(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    """A logger that ran for eight seconds more on either side has recorded the same motion."""
+    one, step = again[0], 0.008
+    assert one.dq is not None
+    wait = np.arange(1, 1001)[:, None] * np.ones(6)
+    still = replace(
+        one,
+        time=one.time[0] + np.arange(len(one.time) + 2000) * step,
+        q=np.concatenate([one.q[0] + 0 * wait, one.q, one.q[-1] + 0 * wait]),
+        dq=np.concatenate([0 * wait, one.dq, 0 * wait]),
+        effort=np.concatenate([one.effort[0] + 0 * wait, one.effort, one.effort[-1] + 0 * wait]),
+    )
+    control = prepare_all(model.model.robot, [pid.load_recording(s.path) for s in model.sources], model.filter)
+    (padded,) = prepare_all(model.model.robot, [still], model.filter)
+    assert compare_with_control(model.model, [padded], control).partner == (0,)
+
+
+def test_a_bag_is_a_control_too(model: pid.Estimate, folder: Path, ur5: pid.Robot) -> None:
+    """A bag is a folder, and its joints may be in another order than the arm's."""
+    bag = write_bag(
+        folder / "bag", pid.load_recording(model.sources[0].path), ur5.joint_names, order=(2, 0, 1, 5, 4, 3)
+    )
+    fitted = pid.identify(ur5, [pid.load_recording(bag, joints=ur5.joint_names)])
+    (control,) = control_recordings(fitted)
+    np.testing.assert_allclose(control.q, pid.load_recording(model.sources[0].path).q, atol=1e-9)
+
+
+def test_what_is_diagnosed_is_not_from_before(model: pid.Estimate, again: list[pid.Recording]) -> None:
+    with pytest.raises(pid.InputError, match="diagnosed, and given as from before the change"):
+        pid.diagnose_motion(model, again[:1], before=again[:1])
+
+
+def test_recordings_from_before_are_named_as_such(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    """Held against the changed arm itself, nothing has changed, though the model is off."""
+    later = taken(folder, "later", hide(faulty(), *CHANGE), MOTIONS[0], 901)
+    found = pid.diagnose_motion(model, [later], before=again[:1])
+    assert not found.causes
+    text = " ".join(repr(found).split())
+    assert "different from the recordings from before" in text
+    assert "recordings repeat a motion from before" in text
+    assert "fitted to" not in text
+
+
+def test_a_verdict_does_not_call_noise_what_a_hint_explained(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    mended = taken(folder, "mended again", faulty(), MOTIONS[2], 704)
+    refuted = pid.diagnose_motion(model, again, [mended])
+    assert not refuted.causes
+    assert refuted.verdict == "unexplained"
+    assert refuted.unexplained[CHANGE[1] - 1].rms > 0.5 * CHANGE[2] * 0.2
 
 
 def test_recordings_with_gaps_are_compared_with_none(model: pid.Estimate, again: list[pid.Recording]) -> None:

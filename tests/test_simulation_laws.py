@@ -11,6 +11,7 @@ import pytest
 import physident as pid
 from physident.effects.friction import ViscousFriction
 from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.thermal import FrictionLevel
 from physident.simulation.integrate import integrate
 from physident.simulation.simulate import simulate
 from tests.simulated_arm import SMOOTH, arm, drive
@@ -68,7 +69,8 @@ ON_THE_PLANT = [name for name, effect in pid.CATALOGUE.items() if effect.acts_on
 
 @pytest.mark.parametrize("name", ON_THE_PLANT)
 def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
-    effect = SMOOTH if name == "coulomb_friction" else pid.CATALOGUE[name].at_grid_middle()
+    given = {"coulomb_friction": SMOOTH, "friction_level": FrictionLevel(smoothing=(0.01,), presliding=0.0)}
+    effect = given.get(name) or pid.CATALOGUE[name].at_grid_middle()
     strength = np.full(len(effect.columns(ur5)), 0.1)
     base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), SMOOTH) if part.name != name]
     nominal = pid.Model.nominal(ur5, base)

@@ -10,7 +10,7 @@ from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
-from physident.diagnosis.grading.control import alike_before, control_recordings
+from physident.diagnosis.grading.control import alike_before, control_recordings, with_temperatures
 from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
@@ -26,7 +26,7 @@ from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Role, UsedRecording, Verdict
 from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
 from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import same_torque
+from physident.diagnosis.rivals.same_torque import by_simpler, same_torque
 from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
@@ -37,7 +37,7 @@ from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
-from physident.errors import InputError
+from physident.errors import InputError, warn
 from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
@@ -103,7 +103,7 @@ def diagnose_motion(
     recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
     question = choose_question(model, recordings)
     _check_options(model, recordings, filter, columns, recording_offsets)
-    refuse_repeated(model, recordings, holdout)
+    refuse_repeated(model, recordings, holdout, before or ())
     estimate = model if isinstance(model, Estimate) else None
     given = model if isinstance(model, Model) else model.model
     used_filter = estimate.filter if estimate else as_filter(filter)
@@ -119,7 +119,9 @@ def diagnose_motion(
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
     control = _control(estimate, before, question)
     original, complete = as_estimate(model, used_filter), None
-    before_signals = prepare_all(given.robot, control, used_filter)
+    before_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
+    for text in assumed:
+        warn(text)
     comparison = compare_with_control(given, signals, before_signals)
     if estimate and control and before is None:
         if not comparison.compared:  # what was taken off cannot be taken for a change
@@ -132,14 +134,16 @@ def diagnose_motion(
     problem = found.last.hypothesis.problem
     placebos = placebos_of(found.last)
     refuse_if_placebos_pass(placebos)
-    last = replace(found.last, hypothesis=_with_refined_shapes(problem, found))
+    refined = _with_refined_shapes(problem, found)
+    simpler, stands_for = by_simpler(refined)
+    last = replace(found.last, hypothesis=settled_hypothesis(problem, simpler, refined) if stands_for else refined)
     hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
     from_currents = any(recording.effort_kind == "current" for recording in recordings)
     same = same_torque(hypothesis)
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     progress("searching halves of the recordings")
-    trust = trust_in(found.first, last, checks)
-    alike = alike_before(hypothesis, control)
+    trust = trust_in(found.first, last, checks, stands_for)
+    alike = alike_before(hypothesis, before_signals)
     found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
@@ -152,6 +156,8 @@ def diagnose_motion(
     patchwork = is_patchwork(found.overfull, bool(control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
     sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
+    if len(sure.accepted) < len(hypothesis.accepted):  # what a hint explained is open
+        unexplained = describe_unexplained(sure)
     extended = None
     if sure.accepted:
         errors = uncertainty
@@ -180,7 +186,11 @@ def diagnose_motion(
         placebos=placebos,
         unseen=unseen_effects(found.first),
         unexplained=unexplained,
-        recordings=(*_used(recordings, "diagnosed", beside), *_used(holdout, "holdout")),
+        recordings=(
+            *_used(recordings, "diagnosed", beside),
+            *_used(holdout, "holdout"),
+            *_used(before or (), "before"),
+        ),
         model=given,
         extended=extended.model if extended else None,
         estimate=extended,
@@ -191,7 +201,7 @@ def diagnose_motion(
         seed=seed,
         incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
         recording_offsets=recording_offsets,
-        warnings=warnings,
+        warnings=(*warnings, *assumed),
         model_file=original.path,
     )
 

@@ -32,7 +32,7 @@ from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffse
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.payload import LinkInertia, Payload
 from physident.effects.rigid_body import RigidBody, RotorInertia
-from physident.effects.thermal import WarmUp
+from physident.effects.thermal import FrictionLevel, WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file
 from physident.errors import InputError, did_you_mean
@@ -52,6 +52,7 @@ CATALOGUE: dict[str, Any] = {
         LoadDependentFriction,
         PreslidingHysteresis,
         WarmUp,
+        FrictionLevel,
         CoupledFriction,
         TorqueConstant,
         TorqueOffset,

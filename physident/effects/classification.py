@@ -35,6 +35,16 @@ class Cone:
     offset: Array
 
 
+def nonnegative(k: int) -> Cone:
+    """The cone of k parameters that are not negative."""
+    return Cone(np.eye(k), np.zeros(k))
+
+
+def every_joint_pattern(n: int, k: int) -> NDArray[np.intp]:
+    """The ``Effect.pattern`` (n k, 2) of k columns that are non-zero in the rows of all n joints."""
+    return np.array([(joint, column) for column in range(k) for joint in range(n)], dtype=np.intp).reshape(-1, 2)
+
+
 @dataclass(frozen=True, eq=False)
 class AddedInertia:
     """Inertia that an effect adds to the arm: ``links`` (10 n,) in the order of ``Robot.nominal``, ``armature`` (n,)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque
-from physident.effects.classification import Detection, Family, Scope
-from physident.effects.effect import Array, Column, Effect, every_joint_pattern
+from physident.effects.classification import Detection, Family, Scope, every_joint_pattern
+from physident.effects.effect import Array, Column, Effect
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

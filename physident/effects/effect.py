@@ -58,6 +58,7 @@ class Effect(ABC):
     has_prior: ClassVar[bool] = False  # a prior decides what recordings leave open: no parameter is one in a sum only
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
+    within_model: ClassVar[bool] = False  # it changes what every model has, so that a refitted one takes it up
     # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
     # measurement's effects), time ``t``, state ``z`` and {field}s; ``advance`` is z after a step ``dt`` at the velocity v
     formulas: ClassVar[tuple[str, ...]] = ()
@@ -110,8 +111,6 @@ class Effect(ABC):
         overridden = cls.nominal is not Effect.nominal
         return (cls(),) if overridden and cls().nominal(robot).any() else ()
 
-    # what is physically possible
-
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         """Convex sets that its parameters must lie in to be physical; none by default."""
         return ()
@@ -127,6 +126,11 @@ class Effect(ABC):
     def can_be_wrong(cls, robot: Robot) -> bool:
         """Whether a diagnosis looks for it at all: whether the robot's description can be wrong about it."""
         return True
+
+    def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
+        """What a diagnosis tells of its parameters: names and units of r values, and the map (r, k) that makes them of theta."""
+        columns = self.columns(robot)
+        return columns, np.eye(len(columns))
 
     def in_words(self, robot: Robot, theta: Array) -> str:
         """A sentence on what parameters ``theta`` (k,) mean; empty where names, numbers and units say it."""
@@ -160,6 +164,16 @@ class Effect(ABC):
         return [replace(cls(joints or None), **{shape.field: (value,)}) for value in grid]
 
     @classmethod
+    def options_beside(cls, robot: Robot, present: Sequence[tuple[Effect, Array]]) -> Sequence[Self] | None:
+        """The concrete effects that a diagnosis tries where they depend on a model's effects and their parameters (k,), as those that
+        scale a part of it do; None, the default, for ``search_options``."""
+        return None
+
+    def once_sized(self, theta: Array) -> Effect:
+        """The effect as it is fitted once a search has found its size ``theta`` (k,); by default itself."""
+        return self
+
+    @classmethod
     def at_grid_middle(cls, joints: tuple[int, ...] | None = None) -> Self:
         """The effect with each shape parameter at the middle of its grid."""
         return replace(
@@ -176,8 +190,6 @@ class Effect(ABC):
         """Standard deviations (k,) around zero that a prior gives its parameters, in their units; None, the default, where
         nothing but recordings decides."""
         return None
-
-    # limits of what recordings show
 
     def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.intp] | None:
         """How many samples (n,) at the beginning of a segment have a value that depends on the time before it; None where none have."""
@@ -241,8 +253,6 @@ class Effect(ABC):
         """The effect as the simulation that the robot's description states computes it, in steps of time."""
         return self
 
-    # files and export
-
     def numpy_source(self, robot: Robot, theta: Array) -> str | None:
         """Its torque with parameters ``theta`` (k,) as a NumPy expression, see ``formulas``; None where it has none."""
         if not self.formulas:
@@ -277,16 +287,6 @@ class Effect(ABC):
         """Its name and settings, as JSON can hold them."""
         origin = {"from": self.origin} if self.origin else {}
         return {"effect": self.name, **origin, **{key: _as_lists(value) for key, value in asdict(self).items()}}
-
-
-def nonnegative(k: int) -> Cone:
-    """The cone of k parameters that are not negative."""
-    return Cone(np.eye(k), np.zeros(k))
-
-
-def every_joint_pattern(n: int, k: int) -> NDArray[np.intp]:
-    """The ``Effect.pattern`` (n k, 2) of k columns that are non-zero in the rows of all n joints."""
-    return np.array([(joint, column) for column in range(k) for joint in range(n)], dtype=np.intp).reshape(-1, 2)
 
 
 def array_source(values: Array) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.effects.classification import Family, JointTerm, Variable
-from physident.effects.effect import Array, Cone, Effect, every_joint_pattern, nonnegative
+from physident.effects.classification import Family, JointTerm, Variable, every_joint_pattern, nonnegative
+from physident.effects.effect import Array, Cone, Effect
 from physident.recordings.preparation import derivative, half_window
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 
 from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity, smooth_sign
-from physident.effects.classification import Family, JointTerm, ShapeParameter, Variable
-from physident.effects.effect import Array, Cone, Effect, array_source, nonnegative
+from physident.effects.classification import Family, JointTerm, ShapeParameter, Variable, nonnegative
+from physident.effects.effect import Array, Cone, Effect, array_source
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, ShapeParameter
-from physident.effects.effect import Array, Cone, Effect, nonnegative
+from physident.effects.classification import Family, ShapeParameter, nonnegative
+from physident.effects.effect import Array, Cone, Effect
 from physident.effects.friction import CoulombFriction
 from physident.large_arrays import BLOCK, blocks
 from physident.recordings.signals import Signals

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, Scope
-from physident.effects.effect import Array, Column, Effect, every_joint_pattern
+from physident.effects.classification import Family, Scope, every_joint_pattern
+from physident.effects.effect import Array, Column, Effect
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, torque_changes
-from physident.effects.classification import Family, Scope
-from physident.effects.effect import AddedInertia, Array, Column, Effect, every_joint_pattern
+from physident.effects.classification import Family, Scope, every_joint_pattern
+from physident.effects.effect import AddedInertia, Array, Column, Effect
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 

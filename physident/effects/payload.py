@@ -23,6 +23,7 @@ class LinkChange(Effect):
 
     unit: ClassVar[str] = "kg, kg m, kg m^2"
     family: ClassVar[Family] = Family.INERTIA
+    within_model: ClassVar[bool] = True
 
     def links(self, robot: Robot) -> list[int]:
         """The links it changes, as indices from 0."""

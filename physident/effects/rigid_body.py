@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.rigid_body_regressor import torque_entries_of, torque_pattern
-from physident.effects.classification import Detection, Family, Scope
-from physident.effects.effect import AddedInertia, Array, Column, Cone, Effect, nonnegative
+from physident.effects.classification import Detection, Family, Scope, nonnegative
+from physident.effects.effect import AddedInertia, Array, Column, Cone, Effect
 from physident.recordings.signals import Signals
 from physident.robots.inertia import PARAMETER_NAMES, PARAMETER_UNITS
 from physident.robots.robot import Robot

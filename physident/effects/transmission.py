@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
-from physident.effects.classification import Family, JointTerm, Scope, ShapeParameter, Variable
-from physident.effects.effect import Array, Column, Cone, Effect, array_source, nonnegative
+from physident.effects.classification import Family, JointTerm, Scope, ShapeParameter, Variable, nonnegative
+from physident.effects.effect import Array, Column, Cone, Effect, array_source
 from physident.errors import InputError
 from physident.large_arrays import limits
 from physident.recordings.signals import Signals

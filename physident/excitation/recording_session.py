@@ -22,6 +22,7 @@ from physident.excitation.session.loads import with_load
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.questions import OpenQuestion
 from physident.excitation.session.session import Leg, Session
+from physident.recordings.checks import refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.preparation import prepare
 from physident.robots.robot import Robot
@@ -122,7 +123,11 @@ def _planned(
     known = isinstance(source, Estimate) and noise is None and bool(source.sigma.any())
     torque_noise, words = noise_of(source) if known else assumed_noise(model, noise)  # pyright: ignore[reportArgumentType]
     asked = first_questions(model) if questions is None else questions
-    again = [prepare(one, torque_noise.filter) for one in as_recordings(repeat, model.robot)]
+    recordings = as_recordings(repeat, model.robot)
+    refuse_duplicates(recordings)
+    # only their motion counts: currents need no gains
+    moved = [one.with_default_drive_gains((1.0,) * one.q.shape[1]) for one in recordings]
+    again = [prepare(one, torque_noise.filter) for one in moved]
     return plan_session(model, asked, torque_noise, budget, noise_words=words, progress=progress, repeat=again)
 
 

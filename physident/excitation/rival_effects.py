@@ -10,7 +10,6 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE, on_joints
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
-from physident.effects.payload import LinkChange
 from physident.errors import InputError, did_you_mean
 from physident.excitation.criterion.separation import Separation, Term
 from physident.excitation.task import Task, scaled_to_unit_size
@@ -35,8 +34,8 @@ class Rivals:
 
     @property
     def model_fixed(self) -> bool:
-        """Whether the model is fixed instead of refitted: a refitted rigid body contains any change of a link."""
-        return any(issubclass(CATALOGUE[name], LinkChange) for name in (self.a, self.b))
+        """Whether the model is fixed instead of refitted: a refitted one contains any change of a link or of all friction."""
+        return any(CATALOGUE[name].within_model for name in (self.a, self.b))
 
     @property
     def refitted(self) -> tuple[Effect, ...]:
@@ -120,12 +119,13 @@ def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect,
     where = None if cls.scope is Scope.WHOLE_ARM else joints
     if cls.scope is Scope.NEIGHBOURS:
         return tuple(cls(joints=_place(name, joint, model.robot.n)) for joint in joints)
+    beside = cls.options_beside(model.robot, model.effect_parameters()) or ()
     if not cls.shape_parameters:
         held = [effect for effect in model.effects if effect.name == name]
         if held and where is not None:
             there = [effect for effect in held if {j - 1 for j in where} <= set(effect.active(model.robot))]
             return (on_joints(there[0], model.robot, where) if there else cls(joints=where),)
-        return (held[0] if held else cls(joints=where),)
+        return (held[0] if held else next(iter(beside), cls(joints=where)),)
     (shape,) = cls.shape_parameters
     steps = len(shape.grid) - 1
     quarters = [shape.grid[round(k * steps / (SHAPE_VALUES + 1))] for k in range(1, SHAPE_VALUES + 1)]

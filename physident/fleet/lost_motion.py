@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import inverse_dynamics, torque_changes
-from physident.effects.classification import Family
-from physident.effects.effect import Effect, every_joint_pattern
+from physident.effects.classification import Family, every_joint_pattern
+from physident.effects.effect import Effect
 from physident.recordings.preparation import derivative
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot

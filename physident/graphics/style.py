@@ -17,7 +17,7 @@ SESSION_MEASURED = "#8C8C8C"
 MODELS = ("#E8772E", "#3D9BE0", "#1FB58A", "#CC79A7", "#B4A54B")
 POSITION, VELOCITY = "#1FB58A", "#3D9BE0"
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 28 colours can
+# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 30 colours can
 # be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most
 # frequent causes come first and differ most
 EFFECTS = {
@@ -38,6 +38,7 @@ EFFECTS = {
     "gravity_magnitude": "#78A596",
     "link_inertia": "#A54B69",
     "warm_up": "#A51ED2",
+    "friction_level": "#5AD269",
     "joint_spring": "#875A87",
     "joint_zero_offset": "#3CF03C",
     "coupled_friction": "#4BB478",

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from physident.errors import InputError
+from physident.errors import InputError, PhysidentError
 from physident.recordings.channels import printable
 from physident.recordings.columns.layout import ColumnLayout
 from physident.recordings.columns.reading import Reading
@@ -71,6 +71,18 @@ def load_recording(
 ) -> Recording:
     """One recording from a file or folder, or a part of it, PATH#K; arguments and errors as in ``load_recordings``."""
     return _load(path, _reading(columns, topic, rate, joints), drive_gains)
+
+
+def if_at_hand(
+    path: str, sha256: str, columns: str | ColumnLayout | None, joints: Sequence[str] | None
+) -> Recording | None:
+    """A recording that was used before, with the wanted ``joints``; None where it is gone, cannot be read any more, or has changed since
+    it had the hash ``sha256``."""
+    try:
+        recording = load_recording(path, columns, joints=joints)
+    except PhysidentError:
+        return None
+    return recording if recording.sha256 == sha256 else None
 
 
 def as_recordings(given: Recordings, robot: Robot | None, columns: str | ColumnLayout | None = None) -> list[Recording]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +22,11 @@ from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
-from physident.errors import PhysidentError
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
-from physident.estimation.identify import prepare_all
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
-from physident.recordings.load import load_recording
+from physident.recordings.load import if_at_hand
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 
@@ -40,21 +37,36 @@ UNUSUAL = 0.05  # how often healthy recordings differ so: of two or three, 0.01 
 
 def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
     """The recordings that a model was fitted to, where all of them are still at hand, unchanged; else none."""
-    found = []
+    names, found = estimate.model.robot.joint_names, []
     for source in estimate.sources:
-        if not Path(source.path).is_file():
-            return ()
-        try:
-            recording = load_recording(source.path, columns=estimate.layout)
-        except PhysidentError:
-            return ()
-        if recording.sha256 != source.sha256:
+        recording = if_at_hand(source.path, source.sha256, estimate.layout, names)
+        if recording is None:
             return ()
         found.append(recording.with_default_drive_gains(estimate.drive_gains))
     return tuple(found)
 
 
-def alike_before(hypothesis: Hypothesis, control: Sequence[Recording]) -> frozenset[Key]:
+def with_temperatures(control: Sequence[Signals], signals: Sequence[Signals]) -> tuple[list[Signals], tuple[str, ...]]:
+    """The control's signals, those without a temperature at the one where new ``signals`` begin, and what was assumed in words.
+
+    What follows a measured temperature is then nothing in them, as where nobody measured it.
+    """
+    new = [one.temperature for one in signals if one.temperature is not None]
+    without = [one for one in control if one.temperature is None]
+    if not without or len(new) < len(signals):
+        return list(control), ()
+    start = np.mean([temperature[0] for temperature in new], axis=0)
+    text = (
+        f"{without[0].source}{' and others' if len(without) > 1 else ''}, from before, without a temperature, which the new"
+        f" recordings have: taken to be as warm as where these begin, {start.mean():.1f} degC; record temperatures both times"
+    )
+    return [
+        replace(one, temperature=np.tile(start, (len(one.time), 1))) if one.temperature is None else one
+        for one in control
+    ], (text,)
+
+
+def alike_before(hypothesis: Hypothesis, control: Sequence[Signals]) -> frozenset[Key]:
     """The accepted effects that the control shows alike; none without a control, and no contact, which belongs to one recording.
 
     What compared recordings decide is a change: the control was taken off them.
@@ -66,8 +78,7 @@ def alike_before(hypothesis: Hypothesis, control: Sequence[Recording]) -> frozen
     ]
     if not control or not tested:
         return frozenset()
-    signals = prepare_all(hypothesis.problem.model.robot, control, hypothesis.problem.filter)
-    changed = changed_since(hypothesis, signals, tested)
+    changed = changed_since(hypothesis, control, tested)
     return frozenset(hypothesis.accepted[i].candidate.key for i, new in zip(tested, changed, strict=True) if not new)
 
 

@@ -17,7 +17,7 @@ from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
-NOTICED = 0.1  # of the power of what even a right model leaves: below, the RMS error falls by less than 5 %
+NOTICED = 0.05  # of the power of what even a right model leaves: below, the RMS error falls by less than 2.5 %
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 
 

@@ -13,7 +13,6 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
-from physident.effects.payload import LinkChange
 from physident.excitation.detectability import Noise
 from physident.excitation.session.evidence import HALF
 from physident.excitation.session.first import effect_at
@@ -60,14 +59,12 @@ def part_of_model(diagnosis: DiagnosisRecord) -> tuple[str, ...]:
 
 
 def _refitted(diagnosis: DiagnosisRecord, name: str, joints: tuple[int, ...]) -> bool:
-    """Whether an effect is inside a model that is refitted to the same recordings: as one of its effects, or as a link's change."""
+    """Whether an effect is inside a model that is refitted to the same recordings: as one of its effects, or as a change of its links or friction."""
     if diagnosis.question != "missing":
         return False
     robot = diagnosis.model.robot
     owned = [e for e in diagnosis.model.effects if e.name == name]
-    return issubclass(CATALOGUE[name], LinkChange) or any(
-        {j - 1 for j in joints} <= set(e.active(robot)) for e in owned
-    )
+    return CATALOGUE[name].within_model or any({j - 1 for j in joints} <= set(e.active(robot)) for e in owned)
 
 
 def _places(name: str, joints: Sequence[int]) -> list[tuple[int, ...]]:
@@ -119,6 +116,8 @@ def _variants(model: Model, name: str, joints: Sequence[int]) -> list[Effect]:
     if cls.detection is not Detection.BY_PLACE:
         return []
     place = None if cls.scope is Scope.WHOLE_ARM else tuple(joints)
+    if (beside := cls.options_beside(model.robot, model.effect_parameters())) is not None:
+        return list(beside)
     if not cls.shape_parameters:
         return [cls(place)]
     (shape,) = cls.shape_parameters

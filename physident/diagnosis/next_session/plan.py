@@ -11,12 +11,11 @@ from physident.diagnosis.next_session.open_questions import current_model, noise
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.payload import LinkChange
-from physident.errors import PhysidentError
 from physident.estimation.estimate_file import load_estimate
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.ranges import Ranges, ranges_of_signals
 from physident.excitation.session.session import Session
-from physident.recordings.load import load_recording
+from physident.recordings.load import if_at_hand
 from physident.recordings.preparation import prepare
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
@@ -64,7 +63,12 @@ def plan_next(
 def _not_yet_repeated(diagnosis: DiagnosisRecord, notes: list[str]) -> list[Signals]:
     """The recordings of the model, where the question is what has changed since, whose motions were not recorded again; a note
     where they are not at hand."""
-    if diagnosis.question != "different" or diagnosis.model_file is None or not Path(diagnosis.model_file).is_file():
+    if diagnosis.question != "different":
+        return []
+    if diagnosis.model_file is None or not Path(diagnosis.model_file).is_file():
+        notes.append(
+            f"the model file {diagnosis.model_file or 'of the diagnosis'} is not at hand: no motion of its recordings is repeated"
+        )
         return []
     control = control_recordings(load_estimate(diagnosis.model_file))
     if not control:
@@ -75,17 +79,10 @@ def _not_yet_repeated(diagnosis: DiagnosisRecord, notes: list[str]) -> list[Sign
 
 def earlier_recordings(diagnosis: DiagnosisRecord) -> list[Recording]:
     """The recordings that were diagnosed, as far as they are still at hand, unchanged."""
-    found = []
-    for used in diagnosis.recordings:
-        if used.role != "diagnosed" or not Path(used.path).exists():
-            continue
-        try:
-            recording = load_recording(used.path, diagnosis.layout, joints=diagnosis.model.robot.joint_names)
-        except PhysidentError:
-            continue
-        if recording.sha256 == used.sha256:
-            found.append(recording.with_default_drive_gains(diagnosis.drive_gains))
-    return found
+    names = diagnosis.model.robot.joint_names
+    used = [one for one in diagnosis.recordings if one.role == "diagnosed"]
+    found = [if_at_hand(one.path, one.sha256, diagnosis.layout, names) for one in used]
+    return [one.with_default_drive_gains(diagnosis.drive_gains) for one in found if one is not None]
 
 
 def _about_mass(diagnosis: DiagnosisRecord) -> bool:

@@ -8,6 +8,7 @@ from functools import reduce
 from pathlib import Path
 
 from physident.diagnosis.diagnose import diagnose_motion
+from physident.diagnosis.next_session.followed import check_followed
 from physident.diagnosis.next_session.open_questions import open_questions
 from physident.diagnosis.next_session.plan import earlier_recordings, plan_next
 from physident.diagnosis.next_session.saved_session import SavedSession
@@ -15,7 +16,7 @@ from physident.diagnosis.next_session.settled import Answer, answers, expected
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.dynamics.model import Model
-from physident.errors import InputError, NotSolvedError
+from physident.errors import InputError, NotSolvedError, warn
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimate_file import load_estimate
 from physident.estimation.identify import identify
@@ -71,19 +72,30 @@ def resume_session(
     """What the ``recordings`` of a session, by the names of its legs, have settled.
 
     Recordings that were diagnosed before count as well, where they are still at hand: they are the prior knowledge. ``filter`` and
-    ``columns`` are those of a first session; a later one keeps the earlier diagnosis's. Raises InputError where a leg to fit is missing,
-    or the model that was asked about is.
+    ``columns`` are those of a first session; a later one keeps the earlier diagnosis's. A leg may be missing, with a warning. Raises InputError
+    where all legs to fit are, or the model that was asked about is, and for a recording that is of another leg.
     """
     # loaded pieces tell the drive gains only
-    fitted = [leg.name for leg in session.legs if leg.role == "fit" and not leg.loaded]
-    if missing := [name for name in fitted if name not in recordings]:
-        raise InputError(f"{missing[0]} has no recording; expected one for each piece that is fitted")
+    planned = [leg.name for leg in session.legs if leg.role == "fit" and not leg.loaded]
+    fitted = [name for name in planned if name in recordings]
+    if not fitted:
+        raise InputError(f"none of {', '.join(planned)} has a recording; expected one of a piece that is fitted")
+    if len(fitted) < len(planned):
+        lost = ", ".join(name for name in planned if name not in recordings)
+        warn(f"{lost}: not recorded, so what this was to settle may stay open")
     before = session.diagnosis
     gains = None if before is None else before.drive_gains
     held_out = [leg.name for leg in session.legs if leg.role == "holdout" and leg.name in recordings]
     new, holdout = (
         [recordings[name].with_default_drive_gains(gains) for name in names] for names in (fitted, held_out)
     )
+    repeats = [leg.name for leg in session.legs if leg.name.endswith("_again")]
+    if session.diagnosis is None and repeats:
+        warn(
+            f"{', '.join(repeats)}: a new model was identified, and nothing says what has changed since the recordings that these pieces"
+            " repeat; ask the model of those: physident diagnose --model MODEL RECORDING..."
+        )
+    check_followed(session, recordings, filter or (Filter() if before is None else before.filter))
     earlier = [] if before is None else earlier_recordings(before)
     known = {one.sha256 for one in new + holdout}
     earlier = [one for one in earlier if one.sha256 not in known]

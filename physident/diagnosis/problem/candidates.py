@@ -15,6 +15,7 @@ from physident.effects.classification import Detection
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
+from physident.effects.thermal import FrictionLevel
 from physident.large_arrays import empty, steps
 from physident.recordings.signals import Signals
 
@@ -24,9 +25,12 @@ STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a
 
 
 def prior_precision(effect: Effect | None) -> float:
-    """Prior precision of the values of a candidate's effect: none, but for the force of a contact and for a learned curve."""
+    """Prior precision of the values of a candidate's effect: none, but for the force of a contact, a learned curve, and what joints
+    have of a friction that is scaled."""
     if isinstance(effect, LearnedCurve) and effect.amplitude is not None:
         return effect.amplitude[0] ** -2
+    if isinstance(effect, FrictionLevel) and effect.uneven_percent is not None:
+        return effect.uneven_percent**-2
     return STIFF if isinstance(effect, Contact) else 0.0
 
 
@@ -91,13 +95,15 @@ class AcceptedEffect:
 def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[str, tuple[int, ...], list[Effect]]]:
     """Name, joints and concrete effects of every candidate but contact, for a model and the signals to explain; no effects where the
     signals cannot show the candidate for what it is."""
-    found = []
+    found, parameters = [], model.effect_parameters()
     for name, cls in CATALOGUE.items():
         if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):
             continue
+        beside = cls.options_beside(model.robot, parameters)
         for joints in cls.scope.places(model.robot.n):
             present = _in_model(model, name, joints)
-            options = cls.search_options(model.robot, joints, signals) if present is None else [present]
+            options = cls.search_options(model.robot, joints, signals) if beside is None else beside
+            options = options if present is None else [present]
             found.append((name, joints, options))
     return found
 

@@ -92,10 +92,10 @@ class DiagnosisProblem:
         return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED))
 
     def is_friction_of_resting_joint(self, candidate: Candidate) -> bool:
-        """Whether a candidate is the friction of a joint that no recording moves."""
+        """Whether a candidate is the friction of a joint that no recording moves, or of an arm that none moves."""
         effect = candidate.options[0].effect
         is_friction = effect is not None and effect.family is Family.FRICTION
-        return is_friction and self.resting_joints.issuperset(candidate.joints)
+        return is_friction and self.resting_joints.issuperset(candidate.joints or range(1, self.model.robot.n + 1))
 
     @cached_property
     def missing_default_effects(self) -> tuple[AcceptedEffect, ...]:

@@ -18,9 +18,21 @@ from physident.recordings.signals import Filter, Signals
 from physident.validation.predictions import predict
 
 
-def refuse_repeated(model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
-    """Raises InputError for a recording that came twice, and for a holdout that was fitted or is diagnosed."""
+def refuse_repeated(
+    model: Estimate | Model,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
+    before: Sequence[Recording] = (),
+) -> None:
+    """Raises InputError for a recording that came twice, for a holdout that was fitted or is diagnosed, and for a diagnosed one that
+    is said to be from before."""
     refuse_duplicates(recordings)
+    refuse_duplicates(before)
+    for one in before:
+        if one.sha256 in {r.sha256 for r in recordings}:
+            raise InputError(
+                f"{one.source}: diagnosed, and given as from before the change; expected other recordings from before"
+            )
     refuse_duplicates(holdout)
     fitted = {source.sha256 for source in model.sources} if isinstance(model, Estimate) else set()
     for one in holdout:

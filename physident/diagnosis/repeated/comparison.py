@@ -23,7 +23,7 @@ from physident.recordings.signals import Filter, Signals
 Array = NDArray[np.float64]
 PASSED = 0.8  # of half the lower rate: noise above it would fold back, and double what two recordings differ by
 TAPS = 4  # samples at the lower rate on either side, over which that filter lasts
-REPEATED = 0.8  # of a recording's samples, the rest of which is cut off: begun or stopped at another moment
+REPEATED = 0.8  # of the samples from a recording's first motion to its last; the rest is cut off, as what is begun or stopped earlier
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,7 +80,7 @@ class Comparison:
 def compare_with_control(model: Model, new: Sequence[Signals], control: Sequence[Signals]) -> Comparison:
     """The new recordings beside those of the ``control`` whose motions they repeat, each beside the one that is nearest.
 
-    A recording with gaps, or of which less than four fifths repeat a motion, is compared with none.
+    A recording with gaps, or of whose motion less than four fifths repeats one, is compared with none.
     """
     errors: dict[tuple[int, float], Array] = {}
     signals, untouched = list(new), list(new)
@@ -116,12 +116,21 @@ def _nearest(one: Signals, control: Sequence[Signals]) -> tuple[int, float, slic
         lag = refined_lag(one, other, lag)
         first, last = np.searchsorted(one.time + lag, other.time[[0, -1]], "left")
         rows = slice(int(first), int(last))
-        if rows.stop - rows.start < REPEATED * len(one.time):
+        moving = _moving(one)
+        if min(rows.stop, moving.stop) - max(rows.start, moving.start) < REPEATED * (moving.stop - moving.start):
             continue
         apart = float(np.mean((one.q[rows] - _at(other.time, other.q, one.time[rows] + lag)) ** 2))
         if apart < least:
             best, least = (k, lag, rows), apart
     return best
+
+
+def _moving(signals: Signals) -> slice:
+    """The samples from the first motion of a recording to the last, all where nothing moves."""
+    if signals.moving is None:
+        return slice(0, len(signals.time))
+    first, last = np.searchsorted(signals.time, signals.moving)
+    return slice(int(first), int(last))
 
 
 def _error(model: Model, signals: Signals, rate: float) -> Array:

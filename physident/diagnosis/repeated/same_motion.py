@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.excitation.motion.recorded import SHORTEST_REPEAT
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 MAX_DIFFERENCE = 0.05  # of RMS velocity, and of RMS position about its mean: smaller differences are the controller's
-SHORTEST = 5.0  # s that must repeat: a slow stretch alone can be like another
 ROUNDS = 3  # of the lag between two clocks; the second already changes it by less than a microsecond
 
 
@@ -65,14 +65,23 @@ def _shift(one: Signals, other: Signals, same: bool) -> int | None:
     )
     first, last = np.maximum(0, -shifts), np.minimum(len(a), len(b) - shifts)
     size_a, size_b = power[0][last] - power[0][first], power[1][last + shifts] - power[1][first + shifts]
-    allowed = last - first >= SHORTEST * one.rate
+    allowed = last - first >= SHORTEST_REPEAT * one.rate
     if same:
         allowed &= shifts >= 1.0 * one.rate
     moving = np.minimum(size_a, size_b) > 0.1 * min(power[0][-1], power[1][-1])
     unlike = np.where(allowed & moving, size_a + size_b - 2 * cross, np.inf) / np.maximum(size_a, 1e-300)
-    best = int(np.argmin(unlike))
-    if not unlike[best] <= MAX_DIFFERENCE**2:
-        return None
-    qa, qb = one.q[first[best] : last[best]], other.q[first[best] + shifts[best] : last[best] + shifts[best]]
-    spread = np.linalg.norm(qa - qa.mean(axis=0))
-    return int(shifts[best]) if np.linalg.norm(qa - qb) <= MAX_DIFFERENCE * spread else None
+    # a periodic motion is like itself a period later, too: where most of both overlaps, most can be compared
+    lowest = _lowest_of_runs(unlike, MAX_DIFFERENCE**2)
+    for best in sorted(lowest, key=lambda k: -(last[k] - first[k])):
+        qa, qb = one.q[first[best] : last[best]], other.q[first[best] + shifts[best] : last[best] + shifts[best]]
+        spread = np.linalg.norm(qa - qa.mean(axis=0))
+        if np.linalg.norm(qa - qb) <= MAX_DIFFERENCE * spread:
+            return int(shifts[best])
+    return None
+
+
+def _lowest_of_runs(values: Array, limit: float) -> list[int]:
+    """The place of the lowest of each run of values (N,) up to a limit."""
+    low = np.flatnonzero(values <= limit)
+    runs = np.split(low, np.flatnonzero(np.diff(low) > 1) + 1) if len(low) else []
+    return [int(run[np.argmin(values[run])]) for run in runs]

@@ -100,5 +100,5 @@ class Diagnosis(DiagnosisRecord):
             )
             for f in self.findings
         ]
-        title = headline(self.question, self.verdict, self.causes)
+        title = headline(self.asked, self.verdict, self.causes)
         return results_html(title, head, rows, RESIDUAL_IN_WORDS[self.verdict])

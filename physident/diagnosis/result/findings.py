@@ -15,7 +15,7 @@ UnseenReason = Literal[
     "of a joint that does not move",
     "of a joint that moves too little",
 ]
-Role = Literal["diagnosed", "holdout"]
+Role = Literal["diagnosed", "holdout", "before"]  # before: what a change was held against, where it was given
 Grade = Literal["cause", "contribution", "hint"]
 SEARCHES = 20  # on halves: a share is then known to a tenth
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
@@ -104,6 +104,11 @@ class Finding:
     doubts: tuple[str, ...] = ()
     confounder: str = ""
     curves: tuple[CurveBand, ...] = ()
+
+    @property
+    def by_joint(self) -> bool:
+        """Whether its values are those of several joints."""
+        return len({value.joint for value in self.parameters}) > 1
 
 
 @dataclass(frozen=True, eq=False)

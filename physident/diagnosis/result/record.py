@@ -14,6 +14,7 @@ from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
+from physident.diagnosis.result.wording import Asked
 from physident.dynamics.model import Model
 from physident.files import VERSION
 from physident.recordings.signals import Filter
@@ -80,6 +81,12 @@ class DiagnosisRecord:
         start = self.extended_file if self.question == "nominal" else self.model_file
         default = "extended.json" if self.question == "nominal" else "MODEL"
         return design_command(self.model.robot, start or default, finding.effect, finding.joints, rival)
+
+    @property
+    def asked(self) -> Asked:
+        """The question, and whether recordings from before were given to hold a change against."""
+        given = any(used.role == "before" for used in self.recordings)
+        return "different_from_before" if given and self.question == "different" else self.question
 
     @property
     def causes(self) -> tuple[Finding, ...]:

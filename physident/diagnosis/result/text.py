@@ -14,6 +14,7 @@ from physident.effects.catalogue import effect_scope
 ASKED = {
     "missing": "what is missing from the model",
     "different": "what is different from when the model was identified",
+    "different_from_before": "what is different from the recordings from before",
     "nominal": "what the nominal model gets wrong",
 }
 ANSWERED = {
@@ -30,7 +31,7 @@ COMMAND = "     physident "  # how the row of a command begins
 
 def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
-    rows = [f"{ASKED[d.question]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
+    rows = [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
@@ -83,7 +84,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     if repeated:
         diagnosed = [one for one in d.recordings if one.role == "diagnosed"]
         rows.append(
-            f"compared: {len(repeated)} of {len(diagnosed)} recordings repeat a motion that the model was fitted to"
+            f"compared: {len(repeated)} of {len(diagnosed)} recordings repeat a motion {'from before' if d.asked == 'different_from_before' else 'that the model was fitted to'}"
             f" ({Path(repeated[0].path).name} that of {Path(str(repeated[0].repeats)).name}); what the model lacks is in both and"
             " was taken off, so that what is left has changed"
         )
@@ -145,7 +146,7 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
     rows += [f"   {f.in_words}"] if f.in_words else []
     decided = [v for v in f.parameters if v.std > 0 or v.change != 0]  # the rest is what no motion shows
     shown = decided[: 2 * VALUES]
-    texts = [_value(v, len(f.joints) > 1) for v in shown]
+    texts = [_value(v, f.by_joint) for v in shown]
     rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
     if len(decided) > len(shown):
         rows[-1] += f", and {len(decided) - len(shown)} more"

@@ -26,22 +26,22 @@ def parameter_values(
     model, effect = hypothesis.extension.model, accepted.effect
     # only the contact's own block shows its force: its error is that of the fit
     covariance = hypothesis.covariance if isinstance(effect, Contact) else uncertainty.covariance
-    old = {
-        c.name: float(v) for c, v in zip(hypothesis.problem.model.columns, hypothesis.problem.model.theta, strict=True)
-    }
+    old = {c.name: v for c, v in zip(hypothesis.problem.model.columns, hypothesis.problem.model.theta, strict=True)}
+    before = np.array([float(old.get(column.name, 0.0)) for column in effect.columns(model.robot)])
+    places, (columns, told) = hypothesis.extension.places[at], effect.told(model.robot)
+    values, changes = told @ model.theta[places], told @ (model.theta[places] - before)
+    variances = np.einsum("rk,kl,rl->r", told, covariance[np.ix_(places, places)], told)
     result = []
-    for column, place in zip(effect.columns(model.robot), hypothesis.extension.places[at], strict=True):
-        value, error = float(model.theta[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
-        ends = (value - uncertainty.half * error, value + uncertainty.half * error)
-        change = value - old.get(column.name, 0.0)
+    for column, value, change, variance in zip(columns, values, changes, variances, strict=True):
+        error = float(np.sqrt(max(variance, 0.0)))
         result.append(
             ParameterValue(
                 name=_short(column.name, effect.name),
                 joint=column.joint,
-                value=value,
-                change=change,
+                value=float(value),
+                change=float(change),
                 std=error,
-                interval95=ends,
+                interval95=(float(value - uncertainty.half * error), float(value + uncertainty.half * error)),
                 unit=column.unit,
             )
         )

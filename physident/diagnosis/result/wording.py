@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import SEARCHES, Finding, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
-FOUND = {
+Asked = Literal["missing", "different", "different_from_before", "nominal"]  # a question, and since when
+FOUND: dict[Asked, str] = {
     "missing": "The model lacks",
     "different": "Since the model was identified, this has changed:",
+    "different_from_before": "Since the recordings from before, this has changed:",
     "nominal": "The nominal model gets this wrong:",
 }
-NOT_FOUND = {
+NOT_FOUND: dict[Asked, str] = {
     "missing": "missing from the model",
     "different": "different from when the model was identified",
+    "different_from_before": "different from the recordings from before",
     "nominal": "wrong with the nominal model",
 }
 RESIDUAL_IN_WORDS: dict[Verdict, str] = {
@@ -98,20 +102,20 @@ def listed(items: Sequence[object]) -> str:
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
 
 
-def headline(question: Question, verdict: Verdict, findings: Sequence[Finding]) -> str:
-    """The answer in one sentence."""
+def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str:
+    """The answer in one sentence to what was ``asked``."""
     if findings:
-        return " ".join([*_properties_sentence(question, findings), *_contacts_sentence(findings)])
+        return " ".join([*_properties_sentence(asked, findings), *_contacts_sentence(findings)])
     if verdict == "nothing_missing":
-        return f"Nothing is {NOT_FOUND[question]}, as far as these recordings can tell."
-    return f"These recordings prove nothing that is {NOT_FOUND[question]}, and do not rule it out: the residual has structure."
+        return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
+    return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."
 
 
-def _properties_sentence(question: Question, findings: Sequence[Finding]) -> list[str]:
+def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
     found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
     more = [f"{len(found) - MAX_NAMED} more"] if len(found) > MAX_NAMED else []
-    return [f"{FOUND[question]} {'; '.join([*found[:MAX_NAMED], *more])}."] if found else []
+    return [f"{FOUND[asked]} {'; '.join([*found[:MAX_NAMED], *more])}."] if found else []
 
 
 def _contacts_sentence(findings: Sequence[Finding]) -> list[str]:

@@ -32,12 +32,13 @@ CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: 
 @dataclass(frozen=True, eq=False)
 class RivalCheck:
     """An accepted effect beside all others: its left-out ``gain``, the candidates that could stand in its place as far as these
-    recordings can tell, and those that make the ``same`` torque on any motion."""
+    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it."""
 
     accepted: AcceptedEffect
     gain: float
     rivals: tuple[Candidate, ...]
     same: tuple[Candidate, ...] = ()
+    larger: tuple[Candidate, ...] = ()
 
 
 def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence[Candidate] = ()) -> RivalCheck:
@@ -64,7 +65,16 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence
         if makes_redundant(rest, other, accepted_candidate, last.threshold) and contradiction(rest, other) is None:
             rivals.append(other)
     possible = tuple(c for c in same if contradiction(rest, c) is None)
-    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals), possible)
+    alike = (c for c, gain in zip(candidates, gains, strict=True) if gain >= last.threshold and _is_larger(c, accepted))
+    larger = tuple(c for c in alike if _contains(rest, c, accepted))
+    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals), possible, larger)
+
+
+def _is_larger(other: Candidate, accepted: AcceptedEffect) -> bool:
+    """Whether a candidate is of the same family and joints as an accepted effect, and has more numbers."""
+    one, effect = accepted.candidate, other.options[0].effect
+    larger = other.joints == one.joints and other.size > one.size
+    return larger and effect is not None and effect.family is accepted.effect.family
 
 
 def _contains(rest: Hypothesis, other: Candidate, accepted: AcceptedEffect) -> bool:

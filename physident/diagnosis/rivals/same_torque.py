@@ -13,11 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.search.contact_scan import CONTACT
-from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.normal_equations import whitening
+from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.large_arrays import limits, magnitude
 from physident.recordings.signals import Signals
@@ -29,7 +31,7 @@ RATE = 20.0  # samples for each period of the cutoff
 NEARLY = 0.05  # share of an effect's power: the torque that is left is less than a quarter of the effect, and smaller than its error
 
 
-def same_torque(hypothesis: Hypothesis) -> dict[tuple[str, tuple[int, ...]], list[Candidate]]:
+def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     """For each accepted effect, by name and joints, the candidates with as few numbers that make nearly its torque on any motion.
 
     What the model's own parameters take up while they are refitted does not count for either.
@@ -63,6 +65,37 @@ def same_torque(hypothesis: Hypothesis) -> dict[tuple[str, tuple[int, ...]], lis
             if any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1)) for o in c.options)
         ]
     return result
+
+
+def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict[Key, Key]]:
+    """The accepted effects, each that makes nearly the torque of one of its family with fewer numbers on any motion replaced by that
+    one; and which one stands for which.
+
+    At reversals an effect that follows the distance fits better than the same friction by the sign of a velocity that is known with
+    noise: presliding over no distance is Coulomb friction.
+    """
+    same, taken = same_torque(hypothesis), {a.candidate.key for a in hypothesis.accepted}
+    result, stands_for = [], dict[Key, Key]()
+    for one in hypothesis.accepted:
+        simpler = [
+            c
+            for c in same.get(one.candidate.key, ())
+            if c.joints == one.candidate.joints
+            and c.size < one.candidate.size
+            and c.key not in taken
+            and (effect := c.options[0].effect) is not None
+            and effect.family is one.effect.family
+        ]
+        if not simpler:
+            result.append(one)
+            continue
+        rest = [a for a in hypothesis.accepted if a is not one]
+        beside = state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
+        chosen = min(simpler, key=lambda c: c.size)
+        result.append(AcceptedEffect(chosen, refine_shape(beside, chosen)))
+        taken.add(chosen.key)
+        stands_for[chosen.key] = one.candidate.key
+    return tuple(result), stands_for
 
 
 def random_motion(problem: DiagnosisProblem) -> Signals:

@@ -19,9 +19,13 @@ REFINED = 1e-2  # relative width at which the search ends: the shape's own uncer
 
 
 def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
-    """The candidate's effect with the shape of the largest gain beside a hypothesis' baseline (Golub and Pereyra, 1973)."""
+    """The candidate's effect with the shape of the largest gain beside a hypothesis' baseline (Golub and Pereyra, 1973), as it is
+    fitted once its size is known."""
     if candidate.key not in hypothesis.refined:
-        hypothesis.refined[candidate.key] = _best_shape(hypothesis, candidate)
+        best = _best_shape(hypothesis, candidate)
+        if type(best).once_sized is not Effect.once_sized:
+            best = best.once_sized(hypothesis.with_effect(candidate, best).effect_values[-1])
+        hypothesis.refined[candidate.key] = best
     return hypothesis.refined[candidate.key]
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from physident.diagnosis.grading.signs import OPPOSITE, changes_sign
 from physident.diagnosis.result.wording import searches_in_words
@@ -13,9 +14,14 @@ from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.stored_products import Key
 
 
-def trust_in(first: CandidateScores, last: CandidateScores, checks: Sequence[RivalCheck]) -> dict[Key, Trust]:
-    """The stability and the doubts of each accepted effect."""
-    shares, result = stability_of(first, last, checks), {}
+def trust_in(
+    first: CandidateScores,
+    last: CandidateScores,
+    checks: Sequence[RivalCheck],
+    stands_for: Mapping[Key, Key] = MappingProxyType({}),
+) -> dict[Key, Trust]:
+    """The stability and the doubts of each accepted effect; it is found where the one is that it ``stands_for``."""
+    shares, result = stability_of(first, last, checks, stands_for), {}
     for check in checks:
         key = check.accepted.candidate.key
         share, doubts = shares[key], []

@@ -6,7 +6,8 @@ halves that share no block.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -29,9 +30,12 @@ FEWEST_UNITS = 4  # below, a half has nothing to leave out
 
 
 def stability_of(
-    first: CandidateScores, last: CandidateScores, checks: Sequence[RivalCheck]
+    first: CandidateScores,
+    last: CandidateScores,
+    checks: Sequence[RivalCheck],
+    stands_for: Mapping[Key, Key] = MappingProxyType({}),
 ) -> dict[Key, float | None]:
-    """For each accepted effect the share of 20 searches on halves that find it or a rival; None for a contact, which belongs to
+    """For each accepted effect the share of 20 searches on halves that find it, a rival, a larger law that contains it, or what it ``stands_for``; None for a contact, which belongs to
     one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
     too short to be halved. Halves are searched for what the ``first`` scores could see."""
     hypothesis = last.hypothesis
@@ -58,8 +62,9 @@ def stability_of(
     lower = {c.accepted.candidate.key: HALF * _threshold(last, c.accepted) for c in checks}
     found = mapped(lambda units: search_half(stored, units, hypothesis, HALF * last.threshold, lower), halves)
     for check in checks:
-        same = {check.accepted.candidate.key, *(rival.key for rival in (*check.rivals, *check.same))}
-        result[check.accepted.candidate.key] = sum(bool(same & keys) for keys in found) / len(found)
+        key = check.accepted.candidate.key
+        same = {key, stands_for.get(key, key), *(other.key for other in (*check.rivals, *check.same, *check.larger))}
+        result[key] = sum(bool(same & keys) for keys in found) / len(found)
     return result
 
 

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.repeated.same_motion import SHORTEST, lag_of_repeat
+from physident.diagnosis.repeated.same_motion import lag_of_repeat
 from physident.dynamics.regressor import Regressor
+from physident.excitation.motion.recorded import SHORTEST_REPEAT
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -41,8 +42,14 @@ def _difference(regressor: Regressor, signals: Sequence[Signals], torque: Array,
     if abs(one.rate / other.rate - 1) > 1e-3 or (lag := lag_of_repeat(one, other)) is None:
         return None
     first_rows, second_rows = regressor.recording == i, regressor.recording == k
+    # a row that is not counted on some joint, as where an effect remembers what was not recorded, has no torque there
+    first_rows, second_rows = (rows & regressor.counted.all(axis=1) for rows in (first_rows, second_rows))
     at = regressor.time[first_rows] + lag
-    inside = (at >= regressor.time[second_rows][0]) & (at <= regressor.time[second_rows][-1])
-    if np.count_nonzero(inside) < SHORTEST * regressor.kept_rate:
+    known = regressor.time[second_rows]
+    if len(known) < 2:
         return None
-    return torque[first_rows][inside] - CubicSpline(regressor.time[second_rows], torque[second_rows])(at[inside])
+    after = np.clip(np.searchsorted(known, at), 1, len(known) - 1)
+    inside = (at >= known[0]) & (at <= known[-1]) & (known[after] - known[after - 1] < 1.5 / regressor.kept_rate)
+    if np.count_nonzero(inside) < SHORTEST_REPEAT * regressor.kept_rate:
+        return None
+    return torque[first_rows][inside] - CubicSpline(known, torque[second_rows])(at[inside])

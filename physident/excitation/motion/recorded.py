@@ -16,6 +16,9 @@ from physident.recordings.signals import MOVING_SPEED, Signals
 KNOTS = (
     8  # of a period of the filter's cutoff: a cubic spline through them follows what the filter passes to a thousandth
 )
+SHORTEST_REPEAT = (
+    5.0  # s that two recordings must have in common to be compared: a slow stretch alone can be like another
+)
 LEAD = 1.0  # s, in which a motion that was recorded at speed is started and stopped
 
 

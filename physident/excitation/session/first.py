@@ -8,7 +8,6 @@ from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
-from physident.effects.payload import LinkChange
 from physident.estimation.estimate import Estimate
 from physident.excitation.detectability import Noise
 from physident.excitation.motion.trajectory import random_trajectory
@@ -22,10 +21,10 @@ MOTIONS = 3  # random ones, along which the size of the torque is taken
 
 def first_questions(model: Model) -> tuple[OpenQuestion, ...]:
     """How large each effect of the model is besides its links, and whether each other effect of the catalogue is there, at each
-    of its places. A change of a link is part of the links, which are identified."""
+    of its places. A change of a link or of all friction is part of the model, which is identified."""
     found = []
     for cls in CATALOGUE.values():
-        if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot) or issubclass(cls, LinkChange):
+        if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot) or cls.within_model:
             continue
         owned = {j + 1 for e in model.effects if e.name == cls.name for j in e.active(model.robot)}
         for joints in cls.scope.places(model.robot.n):
@@ -49,7 +48,8 @@ def effect_at(model: Model, name: str, joints: tuple[int, ...]) -> Effect:
         given = {f: v for f in fields if isinstance(v := getattr(effect, f), tuple)}
         chosen = {f: tuple(v[i] for i in index) if len(v) > 1 else v for f, v in given.items()}
         return type(effect)(joints=joints, **chosen)
-    return cls.at_grid_middle(joints or None)
+    beside = cls.options_beside(model.robot, model.effect_parameters())
+    return beside[0] if beside else cls.at_grid_middle(joints or None)
 
 
 def noise_of(estimate: Estimate) -> tuple[Noise, str]:

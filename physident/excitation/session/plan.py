@@ -32,9 +32,7 @@ LONGEST = 60.0  # min
 FEWEST = 2  # pieces to fit
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
-ANY_CHANGE = (
-    "they show any change beside the noise of two recordings, whatever the model lacks; it is no question of this list"
-)
+ANY_CHANGE = "what has changed stands out of the noise of two recordings there, whatever the model lacks; it is no question of this list"
 SMALLEST_POOL, LARGEST_POOL = 4, 200
 
 
@@ -114,7 +112,12 @@ def plan_session(
     chosen, holdout = _chosen(again, others, budget, score, spare)
     progress(1.0)
     if repeated:
-        broken = [f"{len(repeated)} pieces repeat earlier motions: {ANY_CHANGE}", *broken]
+        what = (
+            "1 piece repeats an earlier motion"
+            if len(repeated) == 1
+            else f"{len(repeated)} pieces repeat earlier motions"
+        )
+        broken = [f"{what}: {ANY_CHANGE}", *broken]
     session = _session(chosen, holdout, budget, score, noise_words, (*notes, *broken))
     session = session if loaded is None else _with_loaded(session, loaded)
     return _with_spare_time(session, budget.minutes)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from physident.effects.catalogue import effect_label
 from physident.effects.effect import Effect
-from physident.effects.payload import LinkChange
 
 Array = NDArray[np.float64]
 Kind = Literal["rival", "doubt", "shape", "unseen", "value", "parameter", "range"]
@@ -39,8 +38,8 @@ class OpenQuestion:
 
     @property
     def model_fixed(self) -> bool:
-        """Whether the model is fixed instead of refitted: a refitted rigid body contains any change of a link."""
-        return any(isinstance(one, LinkChange) for one in (self.effect, *self.rivals))
+        """Whether the model is fixed instead of refitted: a refitted one contains any change of a link or of all friction."""
+        return any(one.within_model for one in (self.effect, *self.rivals))
 
     @property
     def text(self) -> str:

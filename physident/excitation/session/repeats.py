@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from physident.excitation.motion.recorded import RecordedMotion
+from physident.errors import InputError
+from physident.excitation.motion.recorded import SHORTEST_REPEAT, RecordedMotion
 from physident.excitation.session.pieces import LENGTH, Cell, Piece
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -19,15 +20,22 @@ MADE = 0.05  # of a speed or an acceleration, which a recording shows with noise
 
 def repeated_pieces(cell: Cell, earlier: Sequence[Signals], seconds: float) -> tuple[list[Piece], list[str]]:
     """The motions of earlier recordings as pieces that last at most so many ``seconds`` together, those that move most first, the last
-    one cut where the time ends; and notes on those that break a limit by more than a controller overshoots.
+    one cut where the time ends; and notes on those that are left out: they could not be compared, break a limit by more than a controller
+    overshoots, or have no time left. Raises InputError for recordings of another number of joints.
     """
     pieces: list[Piece] = []
     notes: list[str] = []
     for one in sorted(earlier, key=lambda one: -float(np.mean(np.ptp(one.q, axis=0)))):
+        if one.q.shape[1] != cell.robot.n:
+            raise InputError(
+                f"{one.source} has {one.q.shape[1]} joints, but robot {cell.robot.name} has {cell.robot.n}; expected the"
+                " recordings and the model of this robot"
+            )
         left = seconds - sum(piece.motion.duration for piece in pieces)
-        if left < LENGTH:
-            break
-        name, motion = Path(one.source).name, RecordedMotion.of_signals(one, left)
+        name, motion = Path(one.source).name, RecordedMotion.of_signals(one, left) if left >= LENGTH else None
+        if why := _not_comparable(one) or ("no time is left in this session" if left < LENGTH else ""):
+            notes.append(f"the motion of {name} is not repeated: {why}")
+            continue
         if motion is None:
             continue
         motion = _inside(motion, cell.robot)
@@ -39,6 +47,15 @@ def repeated_pieces(cell: Cell, earlier: Sequence[Signals], seconds: float) -> t
         else:
             pieces.append(Piece("again", motion, False, margins, name))
     return pieces, notes
+
+
+def _not_comparable(one: Signals) -> str:
+    """Why a recording could not be compared with its repetition; empty where it could."""
+    if len(one.starts) > 1:
+        return "it has gaps, and only recordings without any are compared"
+    if one.moving is None or one.moving[1] - one.moving[0] < SHORTEST_REPEAT:
+        return f"it moves for less than the {SHORTEST_REPEAT:g} s that are compared"
+    return ""
 
 
 def _inside(motion: RecordedMotion, robot: Robot) -> RecordedMotion:

@@ -65,7 +65,7 @@ def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Pa
     after = None if d.estimate is None else d.estimate.model
     pair = predict_pair(d.model, after, recordings, d.filter, d.drive_gains)
     bands = contact_bands(after, pair.before, recordings)
-    head = f"{headline(d.question, d.verdict, d.causes)} {RESIDUAL_IN_WORDS[d.verdict]}"
+    head = f"{headline(d.asked, d.verdict, d.causes)} {RESIDUAL_IN_WORDS[d.verdict]}"
     curves = [curve for finding in d.findings if finding.grade != "hint" for curve in finding.curves]
     plot_residuals(pair, d.model.robot, path, head, bands, curves=curves)
 

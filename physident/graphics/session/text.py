@@ -41,7 +41,7 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
 
 def findings(c: DiagnosisRecord) -> str:
     """Markdown: the verdict, each finding with its numbers, rivals and advice, unexplained structure, unseen effects."""
-    lines = [f"# {headline(c.question, c.verdict, c.causes)}", "", RESIDUAL_IN_WORDS[c.verdict], ""]
+    lines = [f"# {headline(c.asked, c.verdict, c.causes)}", "", RESIDUAL_IN_WORDS[c.verdict], ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
         if command := c.command(finding):

@@ -91,7 +91,7 @@ def _holdout(c: DiagnosisRecord) -> list[str]:
 
 def _uncertain(c: DiagnosisRecord) -> list[str]:
     wide = [
-        f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints else ''}"
+        f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints or f.by_joint else ''}"
         for f in c.findings
         for v in f.parameters
         if v.interval95[0] < 0 < v.interval95[1]

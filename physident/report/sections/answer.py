@@ -36,7 +36,7 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
     text = tag(
         "div",
         tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
-        tag("h1", headline(c.question, c.verdict, c.causes)),
+        tag("h1", headline(c.asked, c.verdict, c.causes)),
         *_practice(c),
         tag("p", *_gains(c), RESIDUAL_IN_WORDS[c.verdict], class_="lead"),
         *_cautions(c),

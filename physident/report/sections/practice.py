@@ -30,6 +30,8 @@ EFFECTS = {
     "presliding_hysteresis": "The joint gives way elastically before it slides: expect errors at reversals; if it is new, check gear and bearing"
     " for play or wear.",
     "warm_up": "Friction falls while the arm warms up: run it for ten minutes before measurements, and do not compare cold with warm recordings.",
+    "friction_level": "The friction of all joints is scaled alike, as in an arm that is warmer or colder: compare recordings of equal warmth; if it"
+    " stays, use the value in the model.",
     "coupled_friction": "One joint's friction follows the motion of its neighbour, as gears shared by two joints make it: use both in the model;"
     " if it is new, inspect that gear.",
     "torque_constant": "The torque of this joint is scaled: check the drive gain that was given, then the motor (demagnetised or replaced) and its"

@@ -73,10 +73,10 @@ def _again(c: DiagnosisRecord) -> str:
     """The command that repeats the diagnosis; where the model was never saved, a word stands for its file."""
     option, default = ("--robot", "ROBOT") if c.question == "nominal" else ("--model", "MODEL")
     words = ["physident", "diagnose", option, shlex.quote(c.model_file or default)]
-    words += [shlex.quote(used.path) for used in c.recordings if used.role != "holdout"]
+    words += [shlex.quote(used.path) for used in c.recordings if used.role == "diagnosed"]
     for used in c.recordings:
-        if used.role == "holdout":
-            words += ["--holdout", shlex.quote(used.path)]
+        if used.role != "diagnosed":
+            words += [f"--{used.role}", shlex.quote(used.path)]
     words += ["--recording-offsets"] if c.recording_offsets else []
     words += ["--seed", str(c.seed)] if c.seed else []
     return " ".join([*words, "--json", shlex.quote(c.path.name if c.path else "diagnosis.json")])

@@ -41,7 +41,7 @@ def torques(c: DiagnosisRecord, recordings: Sequence[Reread]) -> Markup:
 def _chosen(c: DiagnosisRecord, recordings: Sequence[Reread]) -> list[Reread]:
     """The recordings to draw: first those with a contact that was found, then the holdouts, then one diagnosed recording."""
     with_contact = {e.recording for e in (c.extended.effects if c.extended else ()) if isinstance(e, Contact)}
-    available = [one for one in recordings if one.recording is not None]
+    available = [one for one in recordings if one.recording is not None and one.used.role != "before"]
     rank = sorted(available, key=lambda one: (one.used.sha256 not in with_contact, one.used.role != "holdout"))
     wanted = [one for one in rank if one.used.sha256 in with_contact or one.used.role == "holdout"]
     return (wanted or rank[:1])[:MAX_DRAWN]
