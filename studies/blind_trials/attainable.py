@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import physident as pid
 from physident.dynamics.regressor import Regressor
 from physident.estimation.uncertainty import correlation_rows
+from studies.blind_trials.arms import FILTER
 from studies.blind_trials.sizing import filtered
 from studies.blind_trials.summary import WITHIN
 from studies.blind_trials.trial import Prepared
@@ -25,7 +26,9 @@ def attainable(prepared: Prepared) -> float:
     the model within its covariance for what is different, nothing for a nominal one.
     """
     runs = prepared.changed[:2]
-    regressor = filtered([taken.without for taken in runs])
+    without = [taken.without for taken in runs]
+    # friction as these recordings turn it, as a diagnosis has it
+    regressor = filtered(without, pid.identify(pid.load_robot("ur5"), without, filter=FILTER).model.effects)
     torque = filtered([taken.alone for taken in runs]).torque
     Y = [_dense(regressor, j) for j in range(torque.shape[1])]
     weights = _weights(regressor, Y)

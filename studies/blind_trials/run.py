@@ -51,7 +51,8 @@ def judge(job: tuple[int, int, bool]) -> dict[str, Any]:
     if not pair:
         twin, seconds = diagnose(prepared, healthy=True)
         row["twin"] = {
-            "found": [[f.effect, list(f.joints)] for f in twin.causes], "verdict": twin.verdict, "seconds": seconds,
+            "found": [[f.effect, list(f.joints)] for f in twin.causes],
+            "listed": [[f.effect, list(f.joints)] for f in twin.findings], "verdict": twin.verdict, "seconds": seconds,
             "placebos": sum(p.passed for p in twin.placebos),
         }  # fmt: skip
     return row
@@ -66,6 +67,7 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=100)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--keep", action="store_true", help="write the results of sets 1 and 2 and the table")
+    parser.add_argument("--resume", action="store_true", help="judge only what is not in the set's rows yet")
     parser.add_argument("--record", action="store_true", help="only make the recordings")
     asked = parser.parse_args()
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -79,9 +81,10 @@ def main() -> None:
             for _ in pool.imap_unordered(recorded, jobs):
                 pass
             return
-        rows = []
-        with rows_of(asked.set).open("w", encoding="utf-8") as stream:
-            for row in pool.imap_unordered(judge, jobs):
+        rows = read_rows(asked.set) if asked.resume else []
+        done = {row["number"] for row in rows}
+        with rows_of(asked.set).open("a" if asked.resume else "w", encoding="utf-8") as stream:
+            for row in pool.imap_unordered(judge, [job for job in jobs if job[1] not in done]):
                 rows.append(row)
                 stream.write(json.dumps(row) + "\n")
                 stream.flush()
@@ -104,14 +107,23 @@ def rows_of(group: int) -> Path:
     return CACHE / f"set{group}.jsonl"
 
 
+def read_rows(group: int) -> list[dict[str, Any]]:
+    """The rows of a set that were judged, none where there are none."""
+    return (
+        [json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()]
+        if rows_of(group).exists()
+        else []
+    )
+
+
 def kept() -> None:
     """Write results.json and the README's table from the rows of sets 1 and, where it was run, 2."""
     from studies.kept import keep
 
     sets = {}
     for group, name in ((1, "first seeds"), (2, "second seeds")):
-        if rows_of(group).exists():
-            rows = [json.loads(text) for text in rows_of(group).read_text(encoding="utf-8").splitlines()]
+        rows = read_rows(group)
+        if rows:
             valued = [
                 (group, r["number"], False) for r in rows if r["tier"] in VALUED and r["score"]["error"] is not None
             ]
@@ -128,9 +140,18 @@ def line(row: dict[str, Any]) -> str:
     error, gain = (None if s[key] is None else round(s[key], 1) for key in ("error", "gain"))
     return (
         f"{row['number']:5d} {row['question']:9s} {row['tier']:9s} {row['reduction']:5.1f} % {truth}: {s['told']}"
-        f" | {'alone' if s['alone'] else 'class' if s['first'] else 'WRONG'} {s['others']} more, error {error},"
+        f" | {_verdict(row)} {s['others']} more, error {error},"
         f" gain {gain}, {s['seconds']:.1f} s" + (f" CLEAN {twin}" if twin else "")
     )
+
+
+def _verdict(row: dict[str, Any]) -> str:
+    s = row["score"]
+    if row["tier"] == "invisible" and s["unseen"]:
+        return "unseen"
+    if s["first"]:
+        return "alone" if s["alone"] else "class"
+    return "listed" if s["listed"] else "silent" if s["told"] == "nothing" else "WRONG"
 
 
 if __name__ == "__main__":

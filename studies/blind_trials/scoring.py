@@ -24,11 +24,12 @@ BY_TORQUE = ("coupled_friction", "link_inertia", "warm_up", "torque_ripple", "co
 
 @dataclass(frozen=True)
 class Score:
-    """``first``: the cause in first place is the hidden one, alone or in a class; ``alone``: without a rival; ``named``:
-    every hidden cause is named; ``others``: causes beyond them; ``size`` of the first cause's class; ``error`` [%]
+    """``first``: the cause in first place is the hidden one, alone or in a class; ``listed``: the finding in first place is, whatever its
+    grade; ``alone``: without a rival; ``named``: every hidden cause is named; ``others``: causes beyond them; ``size`` of the first cause's class; ``error`` [%]
     of the value, or of the torque where a shape decides; ``gain`` [%] of the oracle's."""
 
     first: bool
+    listed: bool
     alone: bool
     named: bool
     others: int
@@ -46,8 +47,9 @@ def score(prepared: Prepared, diagnosis: pid.Diagnosis, seconds: float) -> Score
     hidden = prepared.trial.hidden
     keys = [(h.effect, h.joints) for h in hidden]
     found = [(f.effect, f.joints) for f in diagnosis.causes]
-    classes = [{(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)} for f in diagnosis.causes]
+    classes = [_class(f) for f in diagnosis.causes]
     first = bool(classes) and any(key in classes[0] for key in keys)
+    listed = any(key in own for own in map(_class, diagnosis.findings[:1]) for key in keys)
     named = all(any(key in own for own in classes) for key in keys)
     others = sum(not any(key in own for key in keys) for own in classes)
     error = gain = None
@@ -58,9 +60,13 @@ def score(prepared: Prepared, diagnosis: pid.Diagnosis, seconds: float) -> Score
     unseen = any((u.effect, u.joints) == keys[0] for u in diagnosis.unseen)
     told = "; ".join(_text(f) for f in diagnosis.causes) or "nothing"
     return Score(
-        first, first and len(classes[0]) == 1, named, others, len(classes[0]) if classes else 0, error, gain, told,
+        first, listed, first and len(classes[0]) == 1, named, others, len(classes[0]) if classes else 0, error, gain, told,
         diagnosis.verdict, seconds, unseen,
     )  # fmt: skip
+
+
+def _class(f: Any) -> set[tuple[str, tuple[int, ...]]]:
+    return {(f.effect, f.joints), *((r.effect, r.joints) for r in f.rivals)}
 
 
 def _text(f: Any) -> str:

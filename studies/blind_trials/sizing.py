@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import physident as pid
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
+from physident.effects.effect import Effect
 from physident.estimation.estimate import as_estimate
 from physident.estimation.identify import prepare_moving
 from studies.blind_trials.arms import FILTER, Taken
@@ -57,10 +58,10 @@ def oracle(
     return Oracle(100 * (1 - second / first), second)
 
 
-def filtered(recordings: Sequence[pid.Recording]) -> Regressor:
-    """Torque of recordings after the filter, and the columns of the ordinary model."""
-    robot = pid.load_robot("ur5")
-    return build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), prepare_moving(robot, recordings, FILTER), FILTER)
+def filtered(recordings: Sequence[pid.Recording], effects: Sequence[Effect] | None = None) -> Regressor:
+    """Torque of recordings after the filter, and the columns of the ordinary model or of its ``effects``."""
+    robot, effects = pid.load_robot("ur5"), effects or pid.make_effects(DEFAULT_EFFECTS)
+    return build_regressor(robot, effects, prepare_moving(robot, recordings, FILTER), FILTER)
 
 
 def pilot(hidden: Hidden, arm: Arm, plans: Sequence[Motion], question: str) -> Array:

@@ -42,6 +42,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "pairs": len(pairs),
         "twins": len(twins),
         "first": share([s["first"] for s in seen]),
+        "listed": share([s["listed"] for s in seen]),
         "alone": share([s["alone"] for s in seen]),
         "first_by_tier": {t: share([r["score"]["first"] for r in single if r["tier"] == t]) for t in ("middle", "strong")},
         "first_by_question": {
@@ -54,9 +55,11 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "value": share([e <= WITHIN for e in errors]),
         "gain": float(np.median(gains)) if gains else None,
         "false": share([bool(t["found"]) for t in twins]),
+        "listed_on_twins": share([bool(t["listed"]) for t in twins]),
         "placebos_passed": sum(t["placebos"] for t in twins),
         "weak_wrong": share([s["told"] != "nothing" and not s["first"] for s in weak]),
         "weak_named": share([s["first"] for s in weak]),
+        "weak_listed": share([s["listed"] for s in weak]),
         "cannot_tell": share([s["unseen"] and not s["others"] for s in hidden]),
         "both": share([s["named"] for s in pairs]),
         "third": share([s["others"] > 0 for s in pairs]),
@@ -81,6 +84,7 @@ def table(sets: dict[str, dict[str, Any]]) -> str:
     lines = [
         ("hidden effect named first, alone or in a class", "first", ">= 95 %"),
         ("named first and alone", "alone", ">= 85 %"),
+        ("listed first, as a cause or as less", "listed", ""),
         ("mean size of its class", "mean_class", "<= 1.5"),
         ("largest class", "largest_class", "<= 3"),
         ("causes beyond it", "more_than_hidden", ""),
@@ -88,18 +92,20 @@ def table(sets: dict[str, dict[str, Any]]) -> str:
         ("  chance of it who knows cause, place and shape", "attainable", ""),
         ("median held-out gain, of the oracle's", "gain", ">= 90 %"),
         ("clean twins accused of something", "false", "<= 2 %"),
+        ("something listed of clean twins, as a cause or as less", "listed_on_twins", ""),
         ("weak effects: a confident wrong name", "weak_wrong", "<= 5 %"),
         ("weak effects named", "weak_named", ""),
+        ("weak effects listed first, as a cause or as less", "weak_listed", ""),
         ("invisible cells: said so, and nothing else", "cannot_tell", ""),
         ("pairs: both named", "both", ">= 80 %"),
         ("pairs: a third one named", "third", "<= 5 %"),
     ]
-    head = f"{'':<50}{'asked':>9}" + "".join(f"{name:>26}" for name in sets)
+    head = f"{'':<56}{'asked':>9}" + "".join(f"{name:>26}" for name in sets)
     rows = [head]
     for label, key, wanted in lines:
-        rows.append(f"{label:<50}{wanted:>9}" + "".join(f"{_cell(one.get(key)):>26}" for one in sets.values()))
+        rows.append(f"{label:<56}{wanted:>9}" + "".join(f"{_cell(one.get(key)):>26}" for one in sets.values()))
     rows.append(
-        f"{'processor time of a diagnosis, median and largest':<50}{'<= 8 s':>9}"
+        f"{'processor time of a diagnosis, median and largest':<56}{'<= 8 s':>9}"
         + "".join(f"{one['seconds']['median']:>17.1f}, {one['seconds']['largest']:.1f} s" for one in sets.values())
     )
     for name, one in sets.items():

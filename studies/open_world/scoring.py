@@ -180,7 +180,8 @@ def true_of(scene: Scene) -> set[Key]:
     if scene.question == "different":
         warm = any(scene.warmer(k) > 0 for k in range(2))
         fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
-        return {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
+        own = {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
+        return own | ({("friction_level", ())} if fell else set())
     own = _background(scene, CURVES)
     if friction.kind == "smooth":
         return own
