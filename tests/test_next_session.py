@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +14,9 @@ import yaml
 from scipy.stats import f as f_distribution
 
 import physident as pid
+from physident.diagnosis.next_session.resume import Resumed
+from physident.diagnosis.next_session.saved_session import SavedExpectation
+from physident.diagnosis.next_session.settled import Answer
 from physident.effects.friction import CoulombFriction, StribeckFriction
 from physident.excitation.detectability import EVIDENCE, Noise
 from physident.excitation.limits.robot_limits import with_limits
@@ -27,9 +31,10 @@ from physident.excitation.session.first import assumed_noise
 from physident.excitation.session.loads import with_load
 from physident.excitation.session.pieces import cell_of, make_pieces
 from physident.excitation.session.plan import Budget, plan_session
-from physident.excitation.session.questions import OpenQuestion
+from physident.excitation.session.questions import Expectation, OpenQuestion
 from physident.excitation.session.ranges import ranges_of
 from physident.excitation.session.ranking import rank_recordings
+from physident.excitation.session.session import Outlook, Session
 from tests.bad_input.good import URDF
 
 SIGMA = 0.2  # N m
@@ -259,3 +264,22 @@ def test_a_model_whose_joints_twist_can_be_planned_for(ur5: pid.Robot) -> None:
     loads = [ranges_of(one, motion).size[2] for one in (stiff, twisting)]
     np.testing.assert_allclose(*loads, rtol=1e-9)  # of inertia and gravity, which do not twist
     assert np.isfinite(assumed_noise(twisting, None)[0].sigma).all()
+
+
+@pytest.mark.parametrize(("kept", "pays"), [(8, True), (0, False)])
+def test_the_promise_of_a_session_after_one_that_kept_nothing_is_not_believed(kept, pays) -> None:
+    """Ten questions, each to be settled with a power of 0.8: a session that kept its promise of eight is followed by one that
+    promises the same, one that settled none by one that promises no answer."""
+    asked = {"kind": "unseen", "question": "?", "effect": "torque_offset", "joints": (1,), "power": 0.8, "detail": ""}
+    then = {**asked, "rival": "", "rival_joints": (), "parameter": 0, "size": 1.0, "smallest": 0.5}
+    answers = [Answer(question=SavedExpectation(**then), settled=k < kept, text="") for k in range(10)]
+    outlook = Outlook(
+        expectations=(Expectation(**asked, smallest=0.5),) * 10, curve=((0.0, 0.0), (1.0, 8.0)), load=None, noise=""
+    )
+    none: Any = None
+    said = Resumed(
+        answers=tuple(answers), diagnosis=none, estimate=None, pooled=0, next=Session((), (), outlook=outlook)
+    )
+    assert said.expected == pytest.approx(8.0)
+    assert said.promised == pytest.approx(8.0 if pays else 8.0 / 9.0)
+    assert said.pays == pays

@@ -50,9 +50,22 @@ class Resumed:
         return sum(one.settled for one in self.answers)
 
     @property
+    def expected(self) -> float:
+        """Number of questions that the session was expected to settle."""
+        return expected([one.question for one in self.answers])
+
+    @property
+    def promised(self) -> float:
+        """Number of questions that the next session is expected to settle, less in the proportion in which this one kept less than it promised."""
+        if self.next is None or self.next.outlook is None:
+            return 0.0
+        # one question more on both sides: a promise of half a question that was not kept refutes nothing
+        return self.next.outlook.settled * min(1.0, (self.settled + 1) / (self.expected + 1))
+
+    @property
     def pays(self) -> bool:
         """Whether another session is expected to settle a question or more."""
-        return self.next is not None and self.next.outlook is not None and self.next.outlook.settled >= WORTH
+        return self.promised >= WORTH
 
     def __repr__(self) -> str:
         from physident.diagnosis.next_session.text import resumed_text
@@ -156,8 +169,3 @@ def _next(session: SavedSession, found: DiagnosisRecord, progress: Callable[[str
         return plan_next(found, replace(session.budget, seed=session.budget.seed + 1))
     except NotSolvedError:
         return None
-
-
-def expected_of(resumed: Resumed) -> float:
-    """How many questions the session was expected to settle."""
-    return expected([one.question for one in resumed.answers])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from physident.diagnosis.next_session.settled import Answer, expected
+from physident.diagnosis.next_session.settled import Answer
 from physident.diagnosis.result.text import diagnosis_text
 from physident.diagnosis.result.wording import numbered
 from physident.effects.catalogue import effect_label
@@ -17,8 +17,8 @@ def resumed_text(resumed: Any) -> str:
     said: tuple[Answer, ...] = resumed.answers
     rows = [diagnosis_text(resumed.diagnosis), ""]
     rows.append(
-        f"Session: {resumed.settled} of {len(said)} questions settled, {expected([a.question for a in said]):.1f} were expected;"
-        f" {resumed.pooled} earlier recordings counted as well"
+        f"Session: {resumed.settled} of {len(said)} questions settled (one question for each joint of an effect), {resumed.expected:.1f} were"
+        f" expected; {resumed.pooled} earlier recordings counted as well"
     )
     for heading, settled in (("settled", True), ("not settled", False)):
         chosen = [one for one in said if one.settled == settled]
@@ -53,7 +53,12 @@ def _verdict(resumed: Any) -> str:
     total, minutes = len(outlook.expectations), following.duration / 60
     curve = ", ".join(f"{value:.1f} after {m:.1f} min" for m, value in outlook.curve[1:])
     pays = "pays" if resumed.pays else "does not pay"
+    lowered = (
+        ", less than planned because this session settled less than it promised"
+        if resumed.promised < outlook.settled
+        else ""
+    )
     return (
-        f"another session of {minutes:.1f} minutes {pays}: it is expected to settle {outlook.settled:.1f} of {total} open questions"
-        f" ({curve} of fitted motion)"
+        f"another session of {minutes:.1f} minutes {pays}: it is expected to settle {resumed.promised:.1f} of {total} open questions"
+        f"{lowered} (planned: {curve} of fitted motion)"
     )
