@@ -7,7 +7,7 @@ import pinocchio as pin
 
 import physident as pid
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.inertia import RigidBody, RotorInertia
 
 ROTOR = np.array([0.9, 0.8, 0.6, 0.2, 0.2, 0.2])  # kg m^2
 VISCOUS = np.array([6.0, 6.0, 4.0, 2.0, 2.0, 1.0])  # N m s/rad

@@ -10,7 +10,7 @@ import pytest
 
 import physident as pid
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.inertia import RigidBody, RotorInertia
 from physident.recordings.channels import Channels
 from physident.recordings.recording import recording_from_rows
 from tests.conftest import UR5_GAINS

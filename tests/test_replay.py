@@ -13,7 +13,7 @@ import physident as pid
 from physident.cli import run
 from physident.diagnosis.result.saved import read_diagnosis
 from physident.effects.hysteresis import PreslidingHysteresis
-from physident.effects.payload import Payload
+from physident.effects.inertia import Payload
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.formats.csv import write_csv
 from physident.replay.replay import replay

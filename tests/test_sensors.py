@@ -11,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.effects.friction import ViscousFriction
-from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.inertia import RigidBody, RotorInertia
 from physident.simulation.integrate import integrate
 from physident.simulation.sensors import Sensors, Warming, load_sensors
 from physident.simulation.simulate import Simulation, simulate

@@ -10,8 +10,8 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.effects.friction import ViscousFriction
+from physident.effects.inertia import RigidBody, RotorInertia
 from physident.effects.measurement import TorqueOffset
-from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.excitation.motion.point_to_point import PointToPoint
 from physident.simulation.controllers import PD, ComputedTorque
 from physident.simulation.integrate import integrate

@@ -10,7 +10,7 @@ import pytest
 
 import physident as pid
 from physident.effects.friction import ViscousFriction
-from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.inertia import RigidBody, RotorInertia
 from physident.effects.thermal import FrictionLevel
 from physident.simulation.integrate import integrate
 from physident.simulation.simulate import simulate

@@ -20,6 +20,7 @@ from physident.effects.friction import (
     ViscousFriction,
 )
 from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.inertia import LinkInertia, Payload, RigidBody, RotorInertia
 from physident.effects.learned.curves import (
     LearnedLoad,
     LearnedPosition,
@@ -28,10 +29,8 @@ from physident.effects.learned.curves import (
     LearnedTime,
     LearnedVelocity,
 )
-from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset
+from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset, TorqueScale
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
-from physident.effects.payload import LinkInertia, Payload
-from physident.effects.rigid_body import RigidBody, RotorInertia
 from physident.effects.thermal import FrictionLevel, WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file
@@ -55,6 +54,7 @@ CATALOGUE: dict[str, Any] = {
         FrictionLevel,
         CoupledFriction,
         TorqueConstant,
+        TorqueScale,
         TorqueOffset,
         TimeDelay,
         TorqueRipple,

@@ -1,4 +1,4 @@
-"""Errors of the torque measurement: a wrong torque constant, a constant offset, a late clock."""
+"""Errors of the torque measurement: a wrong torque constant, one scale of all torques, a constant offset, a late clock."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.effects.classification import Family, Scope, every_joint_pattern
-from physident.effects.effect import Array, Column, Effect
+from physident.effects.effect import Array, Column, Effect, array_source
+from physident.effects.shared_scale import SharedScale, sized
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -56,6 +57,40 @@ class LeakingChannels(TorqueConstant):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return np.tile(signals.from_model("motor").T, (len(self.active(robot)), 1))
+
+
+@dataclass(frozen=True)
+class TorqueScale(SharedScale):
+    """tau_j = (1 + s + d_j / 100) tau_m_j: the measured torques of all joints are scaled by a share s, without a unit, and that of a
+    joint by d_j per cent more; none turns its sign.
+
+    tau_m is the model's torque without measurement effects. It changes a model whose scale is known; in a fit of the masses, too,
+    it is invisible.
+    """
+
+    name: ClassVar[str] = "torque_scale"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    acts_on: ClassVar = "measurement"
+    needs_model: ClassVar[bool] = True
+    signature: ClassVar[str] = "the torques of all joints are scaled alike"
+    mistaken_for: ClassVar[str] = (
+        "friction_level where friction is most of the torque, gravity_magnitude on slow motions: record fast motions with an outstretched arm"
+    )
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return self.of_part(signals.from_model("motor").T)
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        assert signals.torque is not None
+        return replace(signals, torque=signals.torque * (1 + self.shares(robot, theta)))
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        size, way = sized(self.shares(robot, theta))
+        size = f"{size} {way}" if way else size
+        return f"The torques of all joints are {size} than the model's, as with drive gains or a unit of another size."
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str:
+        return f"{array_source(self.shares(robot, theta))} * motor"
 
 
 @dataclass(frozen=True)

@@ -7,25 +7,21 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physident.dynamics.dry_sign import SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.effects.classification import (
-    Cone,
     Family,
     JointTerm,
-    Scope,
     ShapeParameter,
     Variable,
-    every_joint_pattern,
 )
 from physident.effects.effect import Array, Column, Effect, array_source
 from physident.effects.friction import PRESLIDING, CoulombFriction
+from physident.effects.shared_scale import SharedScale, sized
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-UNEVEN = 1 / 3  # of the arm's fall of friction: joints heat up and cool down by themselves
 NOTICEABLE_WARMING = 1.0  # K: a temperature that changes by less explains nothing
 
 
@@ -100,51 +96,28 @@ class WarmUp(Effect):
 
 
 @dataclass(frozen=True)
-class FrictionLevel(Effect):
+class FrictionLevel(SharedScale):
     """tau_j = (s + d_j / 100) (Fc_j sgn v_j + Fv_j v_j): the friction of all joints differs by a share s, without a unit, and that of a
     joint by d_j per cent more; no joint has less than no friction.
 
     ``coulomb`` Fc [N m] and ``viscous`` Fv [N m s/rad] are the friction that it scales, one value or one a joint; a diagnosis takes
-    those of the model that it asks. ``uneven_percent`` is the standard deviation that a prior gives d_j, which is zero where it is not
-    given. ``smoothing`` [rad/s] and ``presliding`` [rad|m] are those of ``CoulombFriction``. An arm that is warmer than it was
+    those of the model that it asks. ``smoothing`` [rad/s] and ``presliding`` [rad|m] are those of ``CoulombFriction``. An arm that is warmer than it was
     has less friction in every joint. Source: as ``WarmUp``, sec. 4.
     """
 
     coulomb: tuple[float, ...] = (1.0,)
     viscous: tuple[float, ...] = (0.0,)
-    uneven_percent: float | None = None
     smoothing: tuple[float, ...] | None = None
     presliding: float = PRESLIDING
 
     name: ClassVar[str] = "friction_level"
-    unit: ClassVar[str] = "1, %"
     family: ClassVar[Family] = Family.FRICTION
-    scope: ClassVar[Scope] = Scope.WHOLE_ARM
-    within_model: ClassVar[bool] = True
     passive: ClassVar[bool] = True
     dry: ClassVar[bool] = True
     signature: ClassVar[str] = "the friction of all joints is scaled alike"
     mistaken_for: ClassVar[str] = (
         "viscous_friction, nonlinear_viscous_friction on several joints: record again when the arm is as warm as before"
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.uneven_percent is not None and not (np.isfinite(self.uneven_percent) and self.uneven_percent > 0):
-            raise InputError(
-                f"{self.name}: uneven_percent is {self.uneven_percent}, expected per cent above 0, or none"
-            )
-
-    def columns(self, robot: Robot) -> tuple[Column, ...]:
-        own = range(1, robot.n + 1) if self.uneven_percent else ()
-        return (
-            Column(self.name, "1", 1, self.name),
-            *(Column(f"{self.name}_percent_{j}", "%", j, self.name) for j in own),
-        )
-
-    def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        own = [(j, 1 + j) for j in range(robot.n)] if self.uneven_percent else []
-        return np.concatenate([every_joint_pattern(robot.n, 1), np.array(own, dtype=np.intp).reshape(-1, 2)])
 
     @property
     def _dry(self) -> CoulombFriction:
@@ -164,27 +137,15 @@ class FrictionLevel(Effect):
     def _of(self, robot: Robot, sign: Array, v: Array) -> Array:
         """Structural non-zeros (E, N) by the sign and the velocity (n, N) of each joint."""
         coulomb, viscous = self._sizes(robot)
-        scaled = coulomb[:, None] * sign + viscous[:, None] * v
-        return np.concatenate([scaled, scaled / 100]) if self.uneven_percent else scaled
+        return self.of_part(coulomb[:, None] * sign + viscous[:, None] * v)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return self._of(robot, self._dry.values(robot, signals), signals.v.T)
-
-    def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
-        """By how much the friction of each joint differs, in per cent."""
-        if not self.uneven_percent:
-            return (Column(self.name, "%", 1, self.name),), np.full((1, 1), 100.0)
-        columns = tuple(Column(f"{self.name}_{j}", "%", j, self.name) for j in range(1, robot.n + 1))
-        return columns, np.hstack([np.full((robot.n, 1), 100.0), np.eye(robot.n)])
 
     @property
     def _part(self) -> str:
         """Which part of the friction it scales, in words; empty for all of it."""
         return "viscous " if not any(self.coulomb) else "Coulomb " if not any(self.viscous) else ""
-
-    def _shares(self, robot: Robot, theta: Array) -> Array:
-        """By what share (n,) the friction of each joint differs."""
-        return theta[0] + (theta[1:] / 100 if self.uneven_percent else np.zeros(robot.n))
 
     @classmethod
     def options_beside(cls, robot: Robot, present: Sequence[tuple[Effect, Array]]) -> Sequence[Self]:
@@ -213,29 +174,12 @@ class FrictionLevel(Effect):
             for dry, damping in (parts if coulomb.any() and viscous.any() else parts[:1])
         ]
 
-    def once_sized(self, theta: Array) -> Effect:
-        """With joints that warm by a third more or less than the arm: what scales one of them by far more is another effect."""
-        share = 100 * UNEVEN * abs(float(theta[0]))
-        return self if self.uneven_percent or share == 0.0 else replace(self, uneven_percent=share)
-
-    def prior_sizes(self, robot: Robot) -> Array | None:
-        # common to both units: a share of the arm that is as large as per cent of a joint is not held at all
-        return None if self.uneven_percent is None else np.full(1 + robot.n, self.uneven_percent)
-
-    def cones(self, robot: Robot) -> tuple[Cone, ...]:
-        """No joint has less than no friction."""
-        common = np.ones((robot.n if self.uneven_percent else 1, 1))
-        own = np.eye(robot.n) / 100 if self.uneven_percent else np.zeros((1, 0))
-        return (Cone(np.hstack([common, own]), np.ones(len(common))),)
-
     def in_words(self, robot: Robot, theta: Array) -> str:
-        shares = 100 * self._shares(robot, theta)
-        low, high = sorted((f"{abs(shares.min()):.2g}", f"{abs(shares.max()):.2g}"), key=float)
-        if shares.min() < 0 < shares.max():
-            return f"The {self._part}friction of the joints is {abs(shares.min()):.2g} % lower to {abs(shares.max()):.2g} % higher than the model's."
-        size = low if low == high else f"{low} to {high}"
-        way, why = ("higher", "a colder") if shares.max() > 0 else ("lower", "a warmer")
-        return f"The {self._part}friction of all joints is {size} % {way} than the model's, as in {why} arm."
+        size, way = sized(self.shares(robot, theta))
+        if not way:
+            return f"The {self._part}friction of the joints is {size} than the model's."
+        why = "a colder" if way == "higher" else "a warmer"
+        return f"The {self._part}friction of all joints is {size} {way} than the model's, as in {why} arm."
 
     def state_size(self, robot: Robot) -> int:
         return self._dry.state_size(robot)
@@ -247,11 +191,11 @@ class FrictionLevel(Effect):
         return self._of(robot, self._dry.torque_at(robot, signals, state, load), signals.v.T)
 
     def numpy_source(self, robot: Robot, theta: Array) -> str:
-        coulomb, viscous = (size * self._shares(robot, theta) for size in self._sizes(robot))
+        coulomb, viscous = (size * self.shares(robot, theta) for size in self._sizes(robot))
         return f"{self._dry.numpy_source(robot, coulomb)} + {array_source(viscous)} * v"
 
     def joint_terms(self, robot: Robot, theta: Array) -> tuple[JointTerm, ...]:
-        sizes = zip(*(size * self._shares(robot, theta) for size in self._sizes(robot)), strict=True)
+        sizes = zip(*(size * self.shares(robot, theta) for size in self._sizes(robot)), strict=True)
         return tuple(JointTerm((j,), damping=float(Fv), dry=float(Fc)) for j, (Fc, Fv) in enumerate(sizes))
 
 

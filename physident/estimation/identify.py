@@ -13,6 +13,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
+from physident.effects.measurement import TorqueConstant, TorqueScale
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimators import Estimator, make_estimator
@@ -136,12 +137,18 @@ def _refuse_brief(recordings: Sequence[Recording], regressor: Regressor) -> None
 
 
 def _refuse_free_scale(robot: Robot, effects: Sequence[Effect]) -> None:
-    """With every joint's torque constant and every mass free, the scale of all torques is undetermined."""
-    scaled = {joint for e in effects if e.name == "torque_constant" for joint in e.active(robot)}
-    if len(scaled) == robot.n and any(effect.name == "rigid_body" for effect in effects):
+    """With every joint's torque constant, or the scale of all torques, and every mass free, the scale of all torques is undetermined."""
+    if not any(effect.name == "rigid_body" for effect in effects):
+        return
+    one = any(isinstance(e, TorqueScale) for e in effects)
+    scaled = {joint for e in effects if isinstance(e, TorqueConstant) for joint in e.active(robot)}
+    if one or len(scaled) == robot.n:
+        name, fewer = (
+            (TorqueScale.name, "none") if one else ("torque_constant on every joint", "at least one joint without it")
+        )
         raise InputError(
-            "torque_constant on every joint beside rigid_body leaves the scale of all torques free;"
-            " expected at least one joint without it, or drive gains from a known load (physident drive-gains)"
+            f"{name} beside rigid_body leaves the scale of all torques free;"
+            f" expected {fewer}, or drive gains from a known load (physident drive-gains)"
         )
 
 

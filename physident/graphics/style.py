@@ -34,6 +34,7 @@ EFFECTS = {
     "nonlinear_viscous_friction": "#D2874B",
     "contact": "#A5E169",
     "torque_constant": "#00D2D2",
+    "torque_scale": "#00787D",
     "gravity_tilt": "#69A5FF",
     "gravity_magnitude": "#78A596",
     "link_inertia": "#A54B69",

@@ -23,7 +23,7 @@ from kept import keep
 
 import physident as pid
 from physident.effects.friction import CoulombFriction, ViscousFriction
-from physident.effects.rigid_body import RigidBody, RotorInertia
+from physident.effects.inertia import RigidBody, RotorInertia
 from physident.simulation.controllers import PD, ComputedTorque, Released
 from physident.simulation.integrate import integrate
 from physident.simulation.plant import Instants, Plant

@@ -10,7 +10,7 @@ from physident.diagnosis.grading.control import control_recordings
 from physident.diagnosis.next_session.open_questions import current_model, noise_left, open_questions, part_of_model
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.catalogue import CATALOGUE
-from physident.effects.payload import LinkChange
+from physident.effects.inertia import LinkChange
 from physident.estimation.estimate_file import load_estimate
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.ranges import Ranges, ranges_of_signals

@@ -15,7 +15,7 @@ from physident.effects.classification import Detection
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.thermal import FrictionLevel
+from physident.effects.shared_scale import SharedScale
 from physident.large_arrays import empty, steps
 from physident.recordings.signals import Signals
 
@@ -26,10 +26,10 @@ STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a
 
 def prior_precision(effect: Effect | None) -> float:
     """Prior precision of the values of a candidate's effect: none, but for the force of a contact, a learned curve, and what joints
-    have of a friction that is scaled."""
+    have of their own where all are scaled."""
     if isinstance(effect, LearnedCurve) and effect.amplitude is not None:
         return effect.amplitude[0] ** -2
-    if isinstance(effect, FrictionLevel) and effect.uneven_percent is not None:
+    if isinstance(effect, SharedScale) and effect.uneven_percent is not None:
         return effect.uneven_percent**-2
     return STIFF if isinstance(effect, Contact) else 0.0
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.dynamics.rigid_body_regressor import torque_entries, torque_expression, torque_pattern
 from physident.effects.effect import Effect
-from physident.effects.rigid_body import RigidBody
+from physident.effects.inertia import RigidBody
 from physident.excitation.motion.series import Series
 from physident.recordings.signals import Signals
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.payload import Payload
+from physident.effects.inertia import Payload
 from physident.errors import NotSolvedError
 from physident.excitation.detectability import Noise
 from physident.excitation.session.pieces import LENGTH, Cell, Piece, make_pieces

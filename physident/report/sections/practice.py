@@ -36,6 +36,8 @@ EFFECTS = {
     " if it is new, inspect that gear.",
     "torque_constant": "The torque of this joint is scaled: check the drive gain that was given, then the motor (demagnetised or replaced) and its"
     " current sensor.",
+    "torque_scale": "The torques of all joints are scaled alike: check the drive gains and the unit of the recordings, and what has changed in the"
+    " controller; no single joint is at fault.",
     "torque_offset": "The torque reading is shifted by a constant: zero the torque or current sensor again.",
     "time_delay": "Torque and position are not recorded at the same time: correct the clock of the recording before anything else.",
     "torque_ripple": "Torque waves with the angle, as a gear's teeth or a motor's poles make it: if it is new, look for a damaged tooth.",

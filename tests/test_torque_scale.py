@@ -1,0 +1,93 @@
+"""Recordings whose torques are all scaled are told as one thing, and not as heavier links with more friction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import physident as pid
+from physident.effects.measurement import TorqueScale
+from physident.testing import check_effect
+from tests.plant import Arm, Sensors, hide, multisine, record
+
+EVEN = np.full(6, 1.2)
+UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err alike
+THREE = np.array([1.2, 1.2, 1.2, 1.0, 1.0, 1.0])
+WARM = 0.86
+
+
+def recorded(arm: Arm, path: Path, seed: int, noise: int, scale: np.ndarray) -> pid.Recording:
+    """The recording of an arm, its measured torques scaled; dry friction turns as tests/plant has it, not as the estimator does."""
+    record(arm, multisine(seed), Sensors(), noise, step=2e-3).write_csv(path)
+    recording = pid.load_recording(path)
+    return replace(recording, effort=recording.effort * scale)
+
+
+@pytest.fixture(scope="module")
+def model(ur5: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> pid.Estimate:
+    folder = tmp_path_factory.mktemp("before")
+    return pid.identify(ur5, [recorded(Arm(), folder / f"{seed}.csv", seed, seed, np.ones(6)) for seed in (41, 42, 43)])
+
+
+def diagnosed(
+    model: pid.Estimate, arm: Arm, scale: np.ndarray, folder: Path, seeds: tuple[int, ...] = (51, 52)
+) -> pid.Diagnosis:
+    return pid.diagnose_motion(
+        model, [recorded(arm, folder / f"{seed}.csv", seed, seed + 100, scale) for seed in seeds]
+    )
+
+
+@pytest.mark.parametrize("seeds", [(51, 52), (41, 42)], ids=["other motions", "the same motions"])
+@pytest.mark.parametrize("scale", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_one_scale_is_named_with_the_share_of_each_joint(model, tmp_path, scale, seeds) -> None:
+    found = diagnosed(model, Arm(), scale, tmp_path, seeds)
+    (cause,) = found.causes
+    assert (cause.effect, cause.joints) == ("torque_scale", ())
+    assert [v.joint for v in cause.parameters] == [1, 2, 3, 4, 5, 6]
+    np.testing.assert_allclose([v.change for v in cause.parameters], 100 * (scale - 1), atol=0.6)
+    assert "higher than the model's, as with drive gains" in cause.in_words
+
+
+def test_joints_that_are_scaled_alone_are_no_scale_of_all(model: pid.Estimate, tmp_path: Path) -> None:
+    found = diagnosed(model, Arm(), THREE, tmp_path)
+    assert [(f.effect, f.joints) for f in found.causes] == [("torque_constant", (1, 2, 3))]
+
+
+def test_a_load_and_a_warmer_arm_are_found_beside_it(model: pid.Estimate, tmp_path: Path) -> None:
+    loaded = diagnosed(model, hide(Arm(), "payload", (), 1.0), EVEN, tmp_path)
+    assert {f.effect for f in loaded.causes} == {"torque_scale", "payload"}
+    mass = next(f for f in loaded.causes if f.effect == "payload").parameters[0]
+    assert mass.value == pytest.approx(1.0, abs=0.05)
+    cold = Arm().friction
+    warm = replace(Arm(), friction=replace(cold, coulomb=WARM * cold.coulomb, viscous=WARM * cold.viscous))
+    assert {f.effect for f in diagnosed(model, warm, EVEN, tmp_path).causes} == {"torque_scale", "friction_level"}
+
+
+def test_a_load_is_no_scale(model: pid.Estimate, tmp_path: Path) -> None:
+    found = diagnosed(model, hide(Arm(), "payload", (), 2.0), np.ones(6), tmp_path)
+    assert [f.effect for f in found.causes] == ["payload"]
+
+
+def test_it_scales_what_the_drives_give(ur5: pid.Robot, model: pid.Estimate) -> None:
+    rng = np.random.default_rng(3)
+    states = pid.Signals.of_states(*rng.normal(size=(3, 50, 6)))
+    shares = np.array([0.1, *rng.normal(size=6)])
+    scaled = replace(
+        model.model,
+        effects=(*model.model.effects, TorqueScale(uneven_percent=1.0)),
+        theta=np.append(model.model.theta, shares),
+    )
+    offset = [t for c, t in zip(model.model.columns, model.model.theta, strict=True) if c.effect == "torque_offset"]
+    drives = model.model.torque(states) - np.array(offset)  # an amplifier's zero is not scaled with its gain
+    expected = model.model.torque(states) + drives * (shares[0] + shares[1:] / 100)
+    np.testing.assert_allclose(scaled.torque(states), expected, rtol=1e-12)
+    check_effect(TorqueScale(uneven_percent=2.0), ur5)
+
+
+def test_it_is_free_beside_free_masses(ur5: pid.Robot, tmp_path: Path) -> None:
+    one = recorded(Arm(), tmp_path / "one.csv", 41, 41, np.ones(6))
+    with pytest.raises(pid.InputError, match="torque_scale beside rigid_body leaves the scale of all torques free"):
+        pid.identify(ur5, one, effects=["rigid_body", "torque_scale"])
