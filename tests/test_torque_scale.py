@@ -91,3 +91,13 @@ def test_it_is_free_beside_free_masses(ur5: pid.Robot, tmp_path: Path) -> None:
     one = recorded(Arm(), tmp_path / "one.csv", 41, 41, np.ones(6))
     with pytest.raises(pid.InputError, match="torque_scale beside rigid_body leaves the scale of all torques free"):
         pid.identify(ur5, one, effects=["rigid_body", "torque_scale"])
+
+
+def test_a_fit_that_frees_the_masses_has_no_scale_to_change(ur5: pid.Robot, tmp_path: Path) -> None:
+    """Of a model whose own recordings are diagnosed, a scale shows what was found, scaled, and nothing else: it is no rival of it."""
+    arm = hide(Arm(), "coupled_friction", (5, 6), 1.0)
+    recordings = [recorded(arm, tmp_path / f"{seed}.csv", seed, seed, np.ones(6)) for seed in (41, 42)]
+    found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
+    (cause,) = found.causes
+    assert (cause.effect, cause.joints, cause.rivals) == ("coupled_friction", (5, 6), ())
+    assert ("torque_scale", "inside what the baseline may take up") in {(u.effect, u.reason) for u in found.unseen}

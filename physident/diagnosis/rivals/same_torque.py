@@ -49,8 +49,8 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     every = _stacked(regressor, hypothesis.fit.sigma)
     outside = _outside(every, problem)
     every = outside(every)
-    names = {a.candidate.key for a in accepted}
-    others = [c for c in problem.candidates if c.key not in names and not problem.is_friction_of_resting_joint(c)]
+    taken = problem.barred | {a.candidate.key for a in accepted}
+    others = [c for c in problem.candidates if c.key not in taken and not problem.is_friction_of_resting_joint(c)]
     result = {}
     for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
         if one.candidate is CONTACT:

@@ -20,7 +20,9 @@ from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.stored_products import Key
 from physident.effects.catalogue import effect_scope
 from physident.identifiability.visibility import VISIBLE
 
@@ -48,20 +50,19 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
     Effects of an ordinary arm that the model lacks, such as friction, are accepted from the start, until removal shows that
     they add nothing: without them the error is so large that it hides rarer effects, or makes them look like common ones.
     """
-    accepted, first = problem.missing_default_effects, None
+    first = score_candidates(settled_hypothesis(problem, ()))
+    problem, accepted = _without(problem, inside_baseline(first)), problem.missing_default_effects
     if accepted:
-        first = score_candidates(settled_hypothesis(problem, ()))
         progress(
             f"added default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
         )
     last, searched, replaced, rounds = None, problem, 0, 0
     while rounds < ROUNDS:
-        accepted, first_of_round, last = _add_while_better(searched, accepted, progress)
-        first = first or first_of_round
+        accepted, last = _add_while_better(searched, accepted, first, progress)
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
         if found is not None:
             progress(f"{placed(found.accepted[-1])} in the place of {', '.join(map(placed, found.replaces))}")
-            accepted, searched, replaced = found.accepted, _without(searched, found.replaces), replaced + 1
+            accepted, searched, replaced = found.accepted, _without(searched, [one.candidate.key for one in found.replaces]), replaced + 1
             continue
         rounds += 1
         kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
@@ -74,7 +75,6 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         )
         progress(f"removed {', '.join(map(placed, removed))}: {instead}")
         accepted = kept
-    assert first is not None
     assert last is not None
     if last.hypothesis.problem is not problem:  # what was replaced may be a rival
         last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))
@@ -82,9 +82,10 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
 
 
-def _without(problem: DiagnosisProblem, replaced: Sequence[AcceptedEffect]) -> DiagnosisProblem:
-    """The problem without the candidates that one for many has replaced, or the search would find them again."""
-    return replace(problem, barred=problem.barred | {one.candidate.key for one in replaced})
+def _without(problem: DiagnosisProblem, keys: Sequence[Key]) -> DiagnosisProblem:
+    """The problem without some candidates: those that one for many has replaced, or the search would find them again, and those
+    inside the baseline, which show of a larger model only what was found, scaled, as if they stood in its place."""
+    return replace(problem, barred=problem.barred | set(keys))
 
 
 def _count(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int:
@@ -117,11 +118,14 @@ def settled_hypothesis(
 
 
 def _add_while_better(
-    problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], progress: Callable[[str], None]
-) -> tuple[tuple[AcceptedEffect, ...], CandidateScores, CandidateScores]:
-    """Accept one candidate after the other; returns them with the first and the last scores."""
+    problem: DiagnosisProblem,
+    accepted: tuple[AcceptedEffect, ...],
+    first: CandidateScores,
+    progress: Callable[[str], None],
+) -> tuple[tuple[AcceptedEffect, ...], CandidateScores]:
+    """Accept one candidate after the other; returns them with the last scores. The ``first`` ones are those beside nothing."""
     hypothesis = settled_hypothesis(problem, accepted)
-    scores = first = score_candidates(hypothesis)
+    scores = score_candidates(hypothesis) if accepted else rescore_candidates(hypothesis, first)
     while (chosen := _next_effect(scores)) is not None:
         accepted = (*accepted, chosen)
         progress(f"added {placed(chosen)}")
@@ -133,7 +137,7 @@ def _add_while_better(
             scores = replace(fresh, chance={**scores.chance, **fresh.chance})
         if full:
             break
-    return accepted, first, scores
+    return accepted, scores
 
 
 def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:

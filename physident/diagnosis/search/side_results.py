@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from physident.diagnosis.problem.candidates import candidate_effects
 from physident.diagnosis.result.findings import Placebo, Unseen, UnseenReason
 from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.statistics.stored_products import Key
 from physident.errors import NotSolvedError
 from physident.identifiability.visibility import VISIBLE
 
 SILENT = 1e-9  # N m a unit: rounding
+INSIDE: Final = "inside what the baseline may take up"
 
 
 def placebos_of(last: CandidateScores) -> tuple[Placebo, ...]:
@@ -45,8 +48,13 @@ def unseen_effects(first: CandidateScores) -> tuple[Unseen, ...]:
             continue
         columns = hypothesis.data.columns(candidate.options[0].columns)
         silent = max(float(np.abs(values).max(initial=0.0)) for _, values in columns.joints) < SILENT
-        reason: UnseenReason = "shows no torque" if silent else "inside what the baseline may take up"
+        reason: UnseenReason = "shows no torque" if silent else INSIDE
         if hypothesis.problem.is_friction_of_resting_joint(candidate):
             reason = "of a joint that does not move"
         result.append(Unseen(candidate.name, candidate.joints, reason))
     return tuple(result)
+
+
+def inside_baseline(first: CandidateScores) -> list[Key]:
+    """Name and joints of the effects that lie inside the baseline when the search begins."""
+    return [(one.effect, one.joints) for one in unseen_effects(first) if one.reason == INSIDE]
