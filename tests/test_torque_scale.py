@@ -16,6 +16,7 @@ from tests.plant import Arm, Sensors, hide, multisine, record
 EVEN = np.full(6, 1.2)
 UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err alike
 THREE = np.array([1.2, 1.2, 1.2, 1.0, 1.0, 1.0])
+APART = np.array([1.15, 1.02, 1.1, 0.94, 1.02, 1.0])  # as gains that have nothing in common
 WARM = 0.86
 
 
@@ -54,6 +55,12 @@ def test_one_scale_is_named_with_the_share_of_each_joint(model, tmp_path, scale,
 def test_joints_that_are_scaled_alone_are_no_scale_of_all(model: pid.Estimate, tmp_path: Path) -> None:
     found = diagnosed(model, Arm(), THREE, tmp_path)
     assert [(f.effect, f.joints) for f in found.causes] == [("torque_constant", (1, 2, 3))]
+
+
+def test_gains_that_have_nothing_in_common_are_no_scale_of_all(model: pid.Estimate, tmp_path: Path) -> None:
+    found = diagnosed(model, Arm(), APART, tmp_path)
+    assert {f.effect for f in found.causes} == {"torque_constant"}
+    assert {1, 3, 4} <= {joint for f in found.causes for joint in f.joints}
 
 
 def test_a_load_and_a_warmer_arm_are_found_beside_it(model: pid.Estimate, tmp_path: Path) -> None:

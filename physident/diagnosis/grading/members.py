@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.result.values import parameter_values
+from physident.diagnosis.result.values import parameter_values, values_in_words
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 
@@ -76,5 +76,6 @@ def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty
             (hypothesis.accepted[i] for i in members(hypothesis, finding)), key=lambda a: a.candidate.joints
         )
         values = tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty))
-        result.append(replace(finding, parameters=values) if values else finding)
+        words = values_in_words(hypothesis, accepted)
+        result.append(replace(finding, parameters=values, in_words=words) if values else finding)
     return tuple(result)

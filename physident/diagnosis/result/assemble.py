@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import where_it_shows
 from physident.diagnosis.learned.describe import curve_band
-from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.columns import joined_columns
 from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
-from physident.diagnosis.result.values import parameter_values
+from physident.diagnosis.result.values import parameter_values, values_in_words
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
@@ -65,12 +64,6 @@ def _finding(
     name = accepted[0].candidate.name
     joints = tuple(j for one in accepted for j in one.candidate.joints)
     rivals = _joined([(r.key, r in check.same) for check in group for r in (*check.rivals, *check.same)])
-    model, places = hypothesis.extension.model, hypothesis.extension.places
-    sentences = [
-        one.effect.in_words(model.robot, model.theta[places[hypothesis.accepted.index(one)]]) for one in accepted
-    ]
-    laws = [nearest_law(hypothesis, one) for one in accepted]
-    sentences = ["; ".join(filter(None, pair)) for pair in zip(sentences, laws, strict=True)]
     bands = [curve_band(hypothesis, one, uncertainty) for one in accepted]
     texts = [
         SCALED if from_currents and name == "payload" else "",
@@ -88,7 +81,7 @@ def _finding(
         advice=" ".join(filter(None, texts)),
         evidence=float(sum(check.gain for check in group)),
         recording=getattr(accepted[0].effect, "recording", ""),
-        in_words=" ".join(filter(None, sentences)),
+        in_words=values_in_words(hypothesis, accepted),
         curves=tuple(band for band in bands if band is not None),
         stability=min(shares) if shares else None,
         doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),

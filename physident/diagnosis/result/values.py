@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from physident.diagnosis.learned.describe import largest_value
+from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -46,6 +49,16 @@ def parameter_values(
             )
         )
     return [*result, *_shapes(accepted, uncertainty)] if len(accepted.candidate.options) > 1 else result
+
+
+def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) -> str:
+    """What the effects' values mean in the extended model; empty where names, numbers and units say it."""
+    model, sentences = hypothesis.extension.model, []
+    for one in accepted:
+        places = hypothesis.extension.places[hypothesis.accepted.index(one)]
+        words = one.effect.in_words(model.robot, model.theta[places]), nearest_law(hypothesis, one)
+        sentences.append("; ".join(filter(None, words)))
+    return " ".join(filter(None, sentences))
 
 
 def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:

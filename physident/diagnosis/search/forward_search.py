@@ -19,6 +19,7 @@ from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
+from physident.diagnosis.search.physical_signs import uneven_scales
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
@@ -62,7 +63,16 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
         if found is not None:
             progress(f"{placed(found.accepted[-1])} in the place of {', '.join(map(placed, found.replaces))}")
-            accepted, searched, replaced = found.accepted, _without(searched, [one.candidate.key for one in found.replaces]), replaced + 1
+            accepted, searched, replaced = (
+                found.accepted,
+                _without(searched, [one.candidate.key for one in found.replaces]),
+                replaced + 1,
+            )
+            continue
+        if uneven := uneven_scales(last.hypothesis):
+            progress(f"removed {', '.join(map(placed, uneven))}: its joints differ by more than one scale lets them")
+            accepted = tuple(a for a in last.hypothesis.accepted if a not in uneven)
+            problem, searched = (_without(one, [a.candidate.key for a in uneven]) for one in (problem, searched))
             continue
         rounds += 1
         kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
@@ -83,8 +93,8 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
 
 
 def _without(problem: DiagnosisProblem, keys: Sequence[Key]) -> DiagnosisProblem:
-    """The problem without some candidates: those that one for many has replaced, or the search would find them again, and those
-    inside the baseline, which show of a larger model only what was found, scaled, as if they stood in its place."""
+    """The problem without some candidates, which the search would find again: those that one for many has replaced, scales that are
+    none, and those inside the baseline, which show of a larger model only what was found, scaled, as if they stood in its place."""
     return replace(problem, barred=problem.barred | set(keys))
 
 
