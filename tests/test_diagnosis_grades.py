@@ -14,6 +14,7 @@ import physident as pid
 from physident.diagnosis.grading import grades
 from physident.diagnosis.grading import members as member_effects
 from physident.diagnosis.grading.grades import ExpectedError, graded
+from physident.diagnosis.problem.candidates import STIFF
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.effects.contact import Contact
@@ -121,9 +122,9 @@ def test_a_doubt_makes_a_hint_however_much_it_takes() -> None:
     assert grade(finding(9.0, 0.5, doubts=("its sign changes between recordings",))) == "hint"
 
 
-def pushed(left: float, forces: int = 3, memory: float = 2.0) -> tuple[Any, Any]:
+def pushed(left: float, forces: int = 3, memory: float = 2.0, unfelt: int = 0) -> tuple[Any, Any]:
     """Ten seconds of two joints with the same residual everywhere, and of those without a contact from 2 to 3 s, which takes
-    its power there down to ``left``."""
+    its power there down to ``left``; of its ``forces`` the arm does not feel some."""
     time = np.arange(100) / 10
     during = (time >= 2) & (time < 3)
     made = hypothesis()
@@ -132,7 +133,8 @@ def pushed(left: float, forces: int = 3, memory: float = 2.0) -> tuple[Any, Any]
     made.accepted = (
         SimpleNamespace(candidate=SimpleNamespace(name="contact", joints=()), effect=Contact(recording="a")),
     )
-    made.effect_values = [np.zeros(forces)]
+    made.extension = SimpleNamespace(places=[np.arange(forces)])
+    made.covariance = np.diag(np.where(np.arange(forces) < unfelt, 1 / STIFF, 0.0))
     made.fit.memory = np.full(2, memory)
     made.fit.residual = np.where(during[:, None], left**0.5, 1.0) * np.ones((100, 2))
     return made, SimpleNamespace(fit=SimpleNamespace(residual=np.ones((100, 2))))
@@ -163,6 +165,17 @@ def test_a_contact_is_judged_while_it_lasts(
     assert graded(complete, [whole], level(np.full(2, 0.01)))[0].grade == (
         "cause" if (forces, memory) == (3, 2.0) else "contribution"
     )
+
+
+def test_forces_that_the_arm_does_not_feel_cost_no_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A planar arm feels two of three: the third stays what its prior says, and takes nothing of the noise."""
+    grade = {}
+    for unfelt in (0, 5):
+        complete, rest = pushed(0.3, forces=8, unfelt=unfelt)
+        monkeypatch.setattr(grades, "without", lambda *_, rest=rest: rest)
+        contact = finding(1.0, 0.995, effect="contact", joints=(), intervals=((2.0, 3.0),), recording="a")
+        grade[unfelt] = graded(complete, [contact], level(np.full(2, 0.01)))[0].grade
+    assert grade == {0: "contribution", 5: "cause"}
 
 
 def test_a_handful_is_fewer_than_the_families_of_effects() -> None:

@@ -10,8 +10,15 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.grading.grades import _numbers_of_data
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.text import WIDTH
-from physident.effects.contact import tool_jacobian
+from physident.diagnosis.result.values import parameter_values, values_in_words
+from physident.diagnosis.search.contact_scan import CONTACT
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.effects.contact import Contact, tool_jacobian
+from tests.test_diagnosis_same_torque import opened_planar
 
 
 def pushed(run: pid.Recording, robot: pid.Robot) -> pid.Recording:
@@ -60,3 +67,14 @@ def test_of_a_joint_that_never_moves_no_friction_is_told(
     assert not {name for name, joint in accused if joint == 1 and ("friction" in name or "warm" in name)}
     reasons = {u.reason for u in found.unseen if (u.effect, u.joints) == ("coulomb_friction", (1,))}
     assert reasons == {"of a joint that does not move"}
+
+
+def test_a_planar_arm_does_not_feel_a_push_across_its_plane(tmp_path: Path) -> None:
+    """Its Jacobian has two rows of three: of each piece of a contact the data decide two numbers, and only these are told."""
+    opened = opened_planar(tmp_path, 0.0)
+    push = AcceptedEffect(CONTACT, Contact(intervals=((5.0, 6.0),), recording=opened.problem.signals[0].recording))
+    state = settled_hypothesis(opened.problem, [push])
+    assert _numbers_of_data(state, 0) == pytest.approx(2 * 2, abs=0.05)
+    told = parameter_values(state, push, uncertainty_of(state))
+    assert {value.name for value in told} == {"Fx_5s", "Fz_5s", "Fx_5.5s", "Fz_5.5s"}
+    assert values_in_words(state, [push]) == "The arm does not feel Fy_5s, Fy_5.5s."

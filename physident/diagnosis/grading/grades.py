@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, where_it_shows, without
+from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
@@ -128,13 +129,21 @@ class _Share:
 
 def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, float]:
     """Mean square [(N m|N)^2] that is left without and with a contact in its intervals: it lasts a moment, and what the joints
-    leave at all other times says nothing about it. Forces fitted to a few samples are counted by the samples that are left."""
+    leave at all other times says nothing about it. Forces fitted to a few samples are counted by the samples that are left, and only
+    those forces that the data tell from their prior: a planar arm feels none across its plane."""
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
     rows = rows_during(problem, finding.recording, finding.intervals)
     counted = problem.regressor.counted[rows]
     total = max(float((counted / sigma**2).sum()), 1e-300)
     left = (without(hypothesis, [finding]), hypothesis)
     before, after = (float((counted * (one.fit.residual[rows] / sigma) ** 2).sum()) / total for one in left)
-    forces = sum(len(hypothesis.effect_values[i]) for i in members(hypothesis, finding))
+    forces = sum(_numbers_of_data(hypothesis, i) for i in members(hypothesis, finding))
     samples = float((counted.sum(axis=0) / hypothesis.fit.memory).sum())
     return before, min(before, after / max(1 - forces / max(samples, 1e-300), 1e-300))
+
+
+def _numbers_of_data(hypothesis: Hypothesis, i: int) -> float:
+    """How many numbers of accepted effect i the data decide, and not their prior: MacKay, Neural Computation 4 (1992), eq. 4.9."""
+    places = hypothesis.extension.places[i]
+    variance = np.diag(hypothesis.covariance)[places]
+    return float(np.sum(1 - prior_precision(hypothesis.accepted[i].effect) * variance))

@@ -8,7 +8,7 @@ import numpy as np
 
 from physident.diagnosis.learned.describe import largest_value
 from physident.diagnosis.learned.nearest_law import nearest_law
-from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
@@ -16,13 +16,14 @@ from physident.effects.contact import Contact
 from physident.effects.learned.curve import LearnedCurve
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
+UNFELT = 0.99  # of a prior variance: what is left of it where the data say nothing
 FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
 
 
 def parameter_values(
     hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty
 ) -> list[ParameterValue]:
-    """The effect's parameters in the extended model, and its shapes."""
+    """The effect's parameters in the extended model, and its shapes; without the forces of a contact that the arm does not feel."""
     if isinstance(accepted.effect, LearnedCurve):
         return [largest_value(hypothesis, accepted, uncertainty)]
     at = hypothesis.accepted.index(accepted)
@@ -35,7 +36,10 @@ def parameter_values(
     values, changes = told @ model.theta[places], told @ (model.theta[places] - before)
     variances = np.einsum("rk,kl,rl->r", told, covariance[np.ix_(places, places)], told)
     result = []
+    unfelt = _unfelt(hypothesis, accepted)
     for column, value, change, variance in zip(columns, values, changes, variances, strict=True):
+        if column.name in unfelt:
+            continue
         error = float(np.sqrt(max(variance, 0.0)))
         result.append(
             ParameterValue(
@@ -58,7 +62,19 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         places = hypothesis.extension.places[hypothesis.accepted.index(one)]
         words = one.effect.in_words(model.robot, model.theta[places]), nearest_law(hypothesis, one)
         sentences.append("; ".join(filter(None, words)))
+        if unfelt := _unfelt(hypothesis, one):
+            sentences.append(f"The arm does not feel {', '.join(_short(name, one.effect.name) for name in unfelt)}.")
     return " ".join(filter(None, sentences))
+
+
+def _unfelt(hypothesis: Hypothesis, accepted: AcceptedEffect) -> list[str]:
+    """The columns of a contact's forces of which nothing is known but their prior: across its plane a planar arm feels none."""
+    if not isinstance(accepted.effect, Contact):
+        return []
+    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
+    known = prior_precision(accepted.effect) * np.diag(hypothesis.covariance)[places]
+    columns = accepted.effect.columns(hypothesis.extension.model.robot)
+    return [column.name for column, share in zip(columns, known, strict=True) if share > UNFELT]
 
 
 def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:
