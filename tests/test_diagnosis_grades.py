@@ -167,6 +167,11 @@ def test_a_contact_is_judged_while_it_lasts(
     )
 
 
+def test_what_left_out_rows_do_not_miss_is_a_hint() -> None:
+    needless = graded(hypothesis(), [finding(1.0, 1.03)], level(np.full(2, 0.01)))[0]
+    assert (needless.grade, needless.doubts) == ("hint", (grades.NEEDLESS,))
+
+
 def test_forces_that_the_arm_does_not_feel_cost_no_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """A planar arm feels two of three: the third stays what its prior says, and takes nothing of the noise."""
     grade = {}

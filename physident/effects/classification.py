@@ -125,9 +125,11 @@ class ShapeParameter:
 
     ``field`` is the attribute of the effect that holds one value for each joint, in ``unit``. Where it is not given, it
     is searched on ``grid`` within the recordings, and then refined unless only the grid's values make sense (``discrete``).
+    Where nothing physical lies beyond the grid (``bounded``), data that prefer its last value speak of another law.
     """
 
     field: str
     unit: str
     grid: tuple[float, ...]
     discrete: bool = False
+    bounded: bool = False

@@ -14,11 +14,13 @@ from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
+from physident.effects.catalogue import CATALOGUE
 from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 NOTICED = 0.05  # of the power of what even a right model leaves: below, the RMS error falls by less than 2.5 %
+NEEDLESS = "left-out rows are predicted no worse without it"
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 
 
@@ -106,12 +108,22 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
         share = whole
     sized = [v for v in finding.parameters if v.std > 0]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
-    vague = holds_old and not controlled
+    vague = (holds_old and not controlled) or _beyond_bounds(finding)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     is_cause = share.takes > share.leaves and noticed.takes > least * usual and not vague
-    grade: Grade = "hint" if finding.doubts else "cause" if is_cause else "contribution"
+    doubts = finding.doubts if share.takes > 0 else (*finding.doubts, NEEDLESS)
+    grade: Grade = "hint" if doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
-    return replace(finding, grade=grade, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves)
+    return replace(
+        finding, grade=grade, doubts=doubts, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves
+    )
+
+
+def _beyond_bounds(finding: Finding) -> bool:
+    """Whether the data would have a shape beyond all that is physical: another law may be what they show."""
+    effect = CATALOGUE.get(finding.effect)
+    last = {shape.field: shape.grid[-1] for shape in effect.shape_parameters if shape.bounded} if effect else {}
+    return any(v.at_end and v.value > 0.5 * last.get(v.name, np.inf) for v in finding.parameters)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -80,7 +80,8 @@ class Finding:
 
     A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error where it shows vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
-    A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings, or it is not stable.
+    A "hint" has ``doubts``: it made the error of a holdout worse, its sign changes between recordings,
+    it is not stable, or the left-out rows are predicted no worse without it.
     ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
     where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
     what the finding shows. ``in_words`` says what its values mean, where numbers with units do not; ``curves`` are those of a learned
