@@ -35,6 +35,8 @@ def test_only_a_short_memory_is_presliding(
     if grade == "cause":
         assert 0.003 < distance.value < 0.01  # exponential, to a level that the spring reaches on a straight line
     else:
-        assert finding.takes_percent is not None
-        assert finding.takes_percent > finding.leaves_percent  # the size alone would make it a cause
+        takes, leaves = finding.takes_percent, finding.leaves_percent
+        assert takes is not None
+        assert leaves is not None
+        assert takes > leaves  # the size alone would make it a cause
         assert "its distance lies at the end of the range searched" in " ".join(repr(found).split())
