@@ -120,10 +120,11 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
 
 
 def _beyond_bounds(finding: Finding) -> bool:
-    """Whether the data would have a shape beyond all that is physical: another law may be what they show."""
+    """Whether the data would have a shape of every joint beyond all that is physical: another law may be what they show."""
     effect = CATALOGUE.get(finding.effect)
     last = {shape.field: shape.grid[-1] for shape in effect.shape_parameters if shape.bounded} if effect else {}
-    return any(v.at_end and v.value > 0.5 * last.get(v.name, np.inf) for v in finding.parameters)
+    shapes = [v for v in finding.parameters if v.name in last]
+    return bool(shapes) and all(v.at_end and v.value > 0.5 * last[v.name] for v in shapes)
 
 
 @dataclass(frozen=True, kw_only=True)

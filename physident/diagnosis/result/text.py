@@ -72,7 +72,9 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     rows = []
     for grade in ("contribution", "hint"):
         for f in (f for f in d.findings if f.grade == grade):
-            ends = dict.fromkeys(f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end)
+            ends = dict.fromkeys(
+                f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end
+            )
             doubts = "".join(f"; {doubt}" for doubt in (*ends, *f.doubts))
             rows.append(
                 f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{doubts}"
