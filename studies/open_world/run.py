@@ -35,13 +35,13 @@ def main() -> None:
         "--only", nargs="*", default=[], metavar="KIND:NUMBER", help="of these trials, as pair:3, only some"
     )
     parser.add_argument(
-        "--keep", action="store_true", help="write results.json and the README's table, and run nothing"
+        "--keep", nargs="+", type=int, metavar="SET", help="write results.json and the README's table, and run nothing"
     )
     asked = parser.parse_args()
     rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
     rows_file.parent.mkdir(parents=True, exist_ok=True)
     if asked.keep:
-        _kept(asked.set)
+        _kept(asked.keep)
         return
     if not asked.resume and not asked.only:
         rows_file.unlink(missing_ok=True)
@@ -64,8 +64,8 @@ def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
     return _read(rows_file)
 
 
-def _kept(group: int) -> None:
-    """Write results.json and the README's table from a set of each world that was run."""
+def _kept(groups: list[int]) -> None:
+    """Write results.json and the README's table from all of some sets that were run of each world."""
     from studies.kept import keep
 
     names = {
@@ -73,10 +73,10 @@ def _kept(group: int) -> None:
         "again": "First world, motions repeated",
         "second": "Second world, drawn by other code",
     }
-    found = {world: _read(CACHE / world / f"set{group}.jsonl") for world in names}
+    found = {world: [row for group in groups for row in _read(CACHE / world / f"set{group}.jsonl")] for world in names}
     sets = {world: summary(rows) for world, rows in found.items() if rows}
     text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())
-    keep(Path(__file__).parent, {"set": group, "worlds": sets}, text)
+    keep(Path(__file__).parent, {"sets": groups, "worlds": sets}, text)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
