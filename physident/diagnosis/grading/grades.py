@@ -111,7 +111,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     vague = (holds_old and not controlled) or _beyond_bounds(finding)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     is_cause = share.takes > share.leaves and noticed.takes > least * usual and not vague
-    doubts = finding.doubts if share.takes > 0 else (*finding.doubts, NEEDLESS)
+    doubts = finding.doubts or (() if share.takes > 0 else (NEEDLESS,))
     grade: Grade = "hint" if doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(
