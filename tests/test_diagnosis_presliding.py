@@ -1,4 +1,4 @@
-"""Friction with a memory: what builds up over a part of a degree is presliding, what needs a third of a turn is something else."""
+"""Friction with a memory: what builds up over a part of a degree is presliding, what needs six degrees is something else."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 NOTICED = 0.05  # of the power of what even a right model leaves: below, the RMS error falls by less than 2.5 %
-NEEDLESS = "left-out rows are predicted no worse without it"
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
+NEEDLESS = "left-out rows are predicted no worse without it"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -156,7 +156,8 @@ def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, fl
 
 
 def _numbers_of_data(hypothesis: Hypothesis, i: int) -> float:
-    """How many numbers of accepted effect i the data decide, and not their prior: MacKay, Neural Computation 4 (1992), eq. 4.9."""
+    """How many numbers of accepted effect i the data decide, and not their prior: the well-determined parameters of
+    MacKay, "Bayesian interpolation" (1992)."""
     places = hypothesis.extension.places[i]
     variance = np.diag(hypothesis.covariance)[places]
     return float(np.sum(1 - prior_precision(hypothesis.accepted[i].effect) * variance))

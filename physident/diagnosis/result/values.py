@@ -62,8 +62,9 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         places = hypothesis.extension.places[hypothesis.accepted.index(one)]
         words = one.effect.in_words(model.robot, model.theta[places]), nearest_law(hypothesis, one)
         sentences.append("; ".join(filter(None, words)))
-        if unfelt := _unfelt(hypothesis, one):
-            sentences.append(f"The arm does not feel {', '.join(_short(name, one.effect.name) for name in unfelt)}.")
+        unfelt = [_short(name, one.effect.name)[:2] for name in _unfelt(hypothesis, one)]
+        never = [axis for axis in ("Fx", "Fy", "Fz") if unfelt and 3 * unfelt.count(axis) == len(places)]
+        sentences += [f"The arm does not feel {' or '.join(never)}."] if never else []
     return " ".join(filter(None, sentences))
 
 
