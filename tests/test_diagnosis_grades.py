@@ -14,7 +14,6 @@ import physident as pid
 from physident.diagnosis.grading import grades
 from physident.diagnosis.grading import members as member_effects
 from physident.diagnosis.grading.grades import ExpectedError, graded
-from physident.diagnosis.problem.candidates import STIFF
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.effects.contact import Contact
@@ -133,8 +132,7 @@ def pushed(left: float, forces: int = 3, memory: float = 2.0, unfelt: int = 0) -
     made.accepted = (
         SimpleNamespace(candidate=SimpleNamespace(name="contact", joints=()), effect=Contact(recording="a")),
     )
-    made.extension = SimpleNamespace(places=[np.arange(forces)])
-    made.covariance = np.diag(np.where(np.arange(forces) < unfelt, 1 / STIFF, 0.0))
+    made.left_to_prior = lambda _: (np.arange(forces) < unfelt).astype(float)
     made.fit.memory = np.full(2, memory)
     made.fit.residual = np.where(during[:, None], left**0.5, 1.0) * np.ones((100, 2))
     return made, SimpleNamespace(fit=SimpleNamespace(residual=np.ones((100, 2))))

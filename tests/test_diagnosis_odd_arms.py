@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.grades import _numbers_of_data
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.text import WIDTH
 from physident.diagnosis.result.values import parameter_values, values_in_words
@@ -74,7 +73,7 @@ def test_a_planar_arm_does_not_feel_a_push_across_its_plane(tmp_path: Path) -> N
     opened = opened_planar(tmp_path, 0.0)
     push = AcceptedEffect(CONTACT, Contact(intervals=((5.0, 6.0),), recording=opened.problem.signals[0].recording))
     state = settled_hypothesis(opened.problem, [push])
-    assert _numbers_of_data(state, 0) == pytest.approx(2 * 2, abs=0.05)
+    assert np.sum(1 - state.left_to_prior(0)) == pytest.approx(2 * 2, abs=0.05)
     told = parameter_values(state, push, uncertainty_of(state))
     assert {value.name for value in told} == {"Fx_5s", "Fz_5s", "Fx_5.5s", "Fz_5.5s"}
     assert values_in_words(state, [push]) == "The arm does not feel Fy."

@@ -73,10 +73,17 @@ def _kept(groups: list[int]) -> None:
         "again": "First world, motions repeated",
         "second": "Second world, drawn by other code",
     }
-    found = {world: [row for group in groups for row in _read(CACHE / world / f"set{group}.jsonl")] for world in names}
-    sets = {world: summary(rows) for world, rows in found.items() if rows}
+    rows = {world: {group: _read(CACHE / world / f"set{group}.jsonl") for group in groups} for world in names}
+    sets = {
+        world: summary([row for some in each.values() for row in some])
+        for world, each in rows.items()
+        if any(each.values())
+    }
     text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())
-    keep(Path(__file__).parent, {"sets": groups, "worlds": sets}, text)
+    alone = {
+        world: {group: summary(some)["figures"] for group, some in each.items() if some} for world, each in rows.items()
+    }
+    keep(Path(__file__).parent, {"worlds": sets, "figures_of_each_set": alone}, text)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, where_it_shows, without
-from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
@@ -150,14 +149,7 @@ def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, fl
     total = max(float((counted / sigma**2).sum()), 1e-300)
     left = (without(hypothesis, [finding]), hypothesis)
     before, after = (float((counted * (one.fit.residual[rows] / sigma) ** 2).sum()) / total for one in left)
-    forces = sum(_numbers_of_data(hypothesis, i) for i in members(hypothesis, finding))
+    # the well-determined parameters of MacKay, "Bayesian interpolation" (1992)
+    forces = sum(float(np.sum(1 - hypothesis.left_to_prior(i))) for i in members(hypothesis, finding))
     samples = float((counted.sum(axis=0) / hypothesis.fit.memory).sum())
     return before, min(before, after / max(1 - forces / max(samples, 1e-300), 1e-300))
-
-
-def _numbers_of_data(hypothesis: Hypothesis, i: int) -> float:
-    """How many numbers of accepted effect i the data decide, and not their prior: the well-determined parameters of
-    MacKay, "Bayesian interpolation" (1992)."""
-    places = hypothesis.extension.places[i]
-    variance = np.diag(hypothesis.covariance)[places]
-    return float(np.sum(1 - prior_precision(hypothesis.accepted[i].effect) * variance))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.diagnosis.learned.describe import largest_value
 from physident.diagnosis.learned.nearest_law import nearest_law
-from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
@@ -36,10 +38,8 @@ def parameter_values(
     values, changes = told @ model.theta[places], told @ (model.theta[places] - before)
     variances = np.einsum("rk,kl,rl->r", told, covariance[np.ix_(places, places)], told)
     result = []
-    unfelt = _unfelt(hypothesis, accepted)
-    for column, value, change, variance in zip(columns, values, changes, variances, strict=True):
-        if column.name in unfelt:
-            continue
+    unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
+    for column, value, change, variance in compress(zip(columns, values, changes, variances, strict=True), ~unfelt):
         error = float(np.sqrt(max(variance, 0.0)))
         result.append(
             ParameterValue(
@@ -59,23 +59,21 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
     """What the effects' values mean in the extended model; empty where names, numbers and units say it."""
     model, sentences = hypothesis.extension.model, []
     for one in accepted:
-        places = hypothesis.extension.places[hypothesis.accepted.index(one)]
-        words = one.effect.in_words(model.robot, model.theta[places]), nearest_law(hypothesis, one)
+        at = hypothesis.accepted.index(one)
+        words = (
+            one.effect.in_words(model.robot, model.theta[hypothesis.extension.places[at]]),
+            nearest_law(hypothesis, one),
+        )
         sentences.append("; ".join(filter(None, words)))
-        unfelt = [_short(name, one.effect.name)[:2] for name in _unfelt(hypothesis, one)]
-        never = [axis for axis in ("Fx", "Fy", "Fz") if unfelt and 3 * unfelt.count(axis) == len(places)]
-        sentences += [f"The arm does not feel {' or '.join(never)}."] if never else []
+        if isinstance(one.effect, Contact):
+            never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
+            sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
     return " ".join(filter(None, sentences))
 
 
-def _unfelt(hypothesis: Hypothesis, accepted: AcceptedEffect) -> list[str]:
-    """The columns of a contact's forces of which nothing is known but their prior: across its plane a planar arm feels none."""
-    if not isinstance(accepted.effect, Contact):
-        return []
-    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
-    known = prior_precision(accepted.effect) * np.diag(hypothesis.covariance)[places]
-    columns = accepted.effect.columns(hypothesis.extension.model.robot)
-    return [column.name for column, share in zip(columns, known, strict=True) if share > UNFELT]
+def _unfelt(hypothesis: Hypothesis, at: int) -> NDArray[np.bool_]:
+    """Of which forces (pieces, 3) of an accepted contact only the prior is known: across its plane a planar arm feels none."""
+    return (hypothesis.left_to_prior(at) > UNFELT).reshape(-1, 3)
 
 
 def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:

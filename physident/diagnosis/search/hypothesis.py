@@ -99,6 +99,10 @@ class Hypothesis:
         """Covariance (P, P) of the extended model's theta with correlated rows counted as independent samples."""
         return self.jacobian @ pseudo_inverse(self.fit.normal) @ self.jacobian.T
 
+    def left_to_prior(self, i: int) -> Array:
+        """How much (k,) of the prior variance of each number of accepted effect i the data leave: 1 where they say nothing of it, 0 without a prior."""
+        return prior_precision(self.accepted[i].effect) * np.diag(self.covariance)[self.extension.places[i]]
+
     def with_effect(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""
         baseline = self.baseline.joined(self.columns(candidate, effect), prior_precision(effect))
