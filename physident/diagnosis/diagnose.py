@@ -14,7 +14,7 @@ from physident.diagnosis.grading.control import alike_before, control_recordings
 from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
-from physident.diagnosis.learned.learn import learn_curves
+from physident.diagnosis.learned.search_and_learn import search_and_learn
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -31,7 +31,6 @@ from physident.diagnosis.search.forward_search import SearchResult, settled_hypo
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import placebos_of, refuse_if_placebos_pass, unseen_effects
-from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
@@ -130,7 +129,7 @@ def diagnose_motion(
         model = estimate = as_recordings_agree(estimate, before_signals)
     beside = [None if k is None else control[k].source for k in comparison.partner]
     asked = state_problem(question, model, comparison.signals, used_filter, seed, recording_offsets, comparison)
-    found = learn_curves(search_with_turning_speeds(asked, progress), progress)
+    found = search_and_learn(asked, progress)
     problem = found.last.hypothesis.problem
     placebos = placebos_of(found.last)
     refuse_if_placebos_pass(placebos)

@@ -13,14 +13,13 @@ import numpy as np
 
 from physident.diagnosis.grading.holdout import made_worse
 from physident.diagnosis.grading.members import without_effects
-from physident.diagnosis.learned.learn import learn_curves
+from physident.diagnosis.learned.search_and_learn import search_and_learn
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.turning_speeds import search_with_turning_speeds
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
@@ -57,7 +56,7 @@ def complete_model(
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
     try:
         problem = state_problem("missing", estimate, signals, estimate.filter, seed)
-        found = learn_curves(search_with_turning_speeds(problem))
+        found = search_and_learn(problem)
         hypothesis = _held_to(found.last.hypothesis, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)

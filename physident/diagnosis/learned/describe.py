@@ -35,10 +35,10 @@ def curve_band(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Un
 
 
 def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> ParameterValue:
-    """The torque of a curve where it is largest, in the place of its many parameters."""
+    """The torque of a curve where it is surely largest, in the place of its many parameters: not at an end that hardly any row has seen."""
     assert isinstance(accepted.effect, LearnedCurve)
     _, torque, std = _with_error(hypothesis, accepted, accepted.effect, uncertainty)
-    top = int(np.argmax(np.abs(torque)))
+    top = int(np.argmax(np.abs(torque) - uncertainty.half * std))
     value, half = float(torque[top]), uncertainty.half * float(std[top])
     return ParameterValue(
         name="largest",

@@ -40,7 +40,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     start = found.last.hypothesis
     if found.overfull or start.problem.resting_joints.issuperset(range(1, start.problem.model.robot.n + 1)):
         return found
-    joints = _structured(start)
+    joints = joints_with_structure(start)
     if not joints:
         return found
     pool, threshold = CurvePool.of(start, joints), found.last.threshold
@@ -61,7 +61,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     return _finished(found, pool, now, curves)
 
 
-def _structured(hypothesis: Hypothesis) -> list[int]:
+def joints_with_structure(hypothesis: Hypothesis) -> list[int]:
     """The joints (from 1) with something to learn: whose residual remembers more than noise through the filter, or that have a law of
     one quantity, which a curve may replace."""
     memory = correlation_rows(hypothesis.problem.regressor, hypothesis.fit.residual)

@@ -241,13 +241,18 @@ def state_problem(
         surest = comparison.of_compared()
         alone = state_problem(question, given, surest.signals, filter, seed, recording_offsets, surest)
         problem = _beside(problem, regressor, alone)
-    data = problem.search_data(model)
+    return with_memory(problem, problem.memory)
+
+
+def with_memory(problem: DiagnosisProblem, memory: Array) -> DiagnosisProblem:
+    """The problem whose noise remembers other numbers of rows (n,), with folds that are as long as that asks."""
+    problem = replace(problem, memory=memory)
+    data = problem.search_data(problem.model)
     # with an offset of its own, no recording can be predicted by the others
-    recordings = 1 if recording_offsets else len(signals)
-    memory = float(problem.memory.max())
+    recordings = 1 if problem.recording_offsets else len(problem.signals)
     baseline = problem.baseline(data)
-    fold = split_into_folds(data, baseline, fit_baseline(data, baseline), memory, recordings, seed)
-    return replace(problem, fold=fold)
+    fit = fit_baseline(data, baseline)
+    return replace(problem, fold=split_into_folds(data, baseline, fit, float(memory.max()), recordings, problem.seed))
 
 
 def _weighted(problem: DiagnosisProblem, model: Model, spread: Array, dry: Array) -> tuple[DiagnosisProblem, Array]:

@@ -21,6 +21,7 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.normal_equations import whitening
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.learned.curve import LearnedCurve
 from physident.large_arrays import limits, magnitude
 from physident.recordings.signals import Signals
 
@@ -50,7 +51,11 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     outside = _outside(every, problem)
     every = outside(every)
     taken = problem.barred | {a.candidate.key for a in accepted}
-    others = [c for c in problem.candidates if c.key not in taken and not problem.is_friction_of_resting_joint(c)]
+    others = [
+        c
+        for c in problem.candidates
+        if c.key not in taken and not problem.is_friction_of_resting_joint(c) and not _follows_any_motion(c)
+    ]
     result = {}
     for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
         if one.candidate is CONTACT:
@@ -128,6 +133,12 @@ def random_motion(problem: DiagnosisProblem) -> Signals:
         recording="",
         rests=None,
     )
+
+
+def _follows_any_motion(candidate: Candidate) -> bool:
+    """Whether a candidate is a curve over time, or over a temperature that rises with it: along one motion it makes any slow torque."""
+    effect = candidate.options[0].effect
+    return isinstance(effect, LearnedCurve) and effect.variable in ("time", "temperature")
 
 
 def _temperature(signals: Sequence[Signals], time: Array) -> Array | None:

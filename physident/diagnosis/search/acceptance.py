@@ -21,6 +21,7 @@ from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
 from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
+from physident.effects.learned.curve import LearnedCurve
 from physident.effects.measurement import LeakingChannels, TorqueConstant
 
 Array = NDArray[np.float64]
@@ -129,8 +130,9 @@ def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether what couples two joints acts on both alike, and what scales a joint's torque scales what its own channel shows: torque that
-    leaks from one channel into another predicts left-out rows no better beyond the scatter over blocks, or by less than is worth naming."""
+    """Whether what couples two joints acts on both alike, and what scales a joint's torque, or is a curve over its position or load, belongs
+    to its own channel: torque that leaks from one channel into another predicts left-out rows no better beyond the scatter over blocks, or by
+    less than is worth naming."""
     alike = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
     leaking = _with_leaks(hypothesis, candidate, alike)
     if leaking is None:
@@ -147,11 +149,14 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) -> Columns | None:
     """The columns of leaking channels that a candidate may be mistaken for: with values of its own on each joint for what couples two
-    of them, with a share of every joint's torque for a gain; None for any other candidate."""
+    of them, with a share of every joint's torque for a gain or a curve that follows what the arm carries; None for any other candidate."""
     if effect_scope(candidate.name) is Scope.NEIGHBOURS:
         return alike.joint_by_joint()
     effect = candidate.options[0].effect
-    if isinstance(effect, TorqueConstant):
+    if isinstance(effect, TorqueConstant) or (
+        isinstance(effect, LearnedCurve) and effect.variable in ("position", "load")
+    ):
+        assert effect.joints is not None
         return hypothesis.problem.fresh_columns(LeakingChannels(effect.joints), hypothesis.model)
     return None
 
