@@ -3,48 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.asked import Asked, ask, listed
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
-from physident.diagnosis.grading.agreement import as_recordings_agree
-from physident.diagnosis.grading.completed import complete_model
 from physident.diagnosis.grading.confounders import with_confounder
-from physident.diagnosis.grading.control import alike_before, control_recordings, with_temperatures
+from physident.diagnosis.grading.control import alike_before
 from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.learned.search_and_learn import search_and_learn
-from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.problem.question import Question, choose_question
-from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
-from physident.diagnosis.repeated.comparison import compare_with_control
+from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import errors_before_and_after
 from physident.diagnosis.result.extended_estimate import extended_estimate
-from physident.diagnosis.result.findings import Finding, Role, UsedRecording, Verdict
-from physident.diagnosis.result.unexplained import above_noise_floor, describe_unexplained, incomplete_joints
+from physident.diagnosis.result.findings import Finding, Placebo, Verdict
+from physident.diagnosis.result.unexplained import (
+    Unexplained,
+    above_noise_floor,
+    describe_unexplained,
+    incomplete_joints,
+)
 from physident.diagnosis.rivals.rivals import check_rivals
 from physident.diagnosis.rivals.same_torque import by_simpler, same_torque
+from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import placebos_of, refuse_if_placebos_pass, unseen_effects
 from physident.diagnosis.stability.doubts import trust_in
-from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
-from physident.errors import InputError, warn
-from physident.estimation.dry_friction.transition_width import model_with_transitions
-from physident.estimation.estimate import Estimate, as_estimate
-from physident.estimation.identify import prepare_all
-from physident.estimation.regressor_fit import shared_gains
-from physident.recordings.load import Recordings, as_recordings
+from physident.errors import InputError
+from physident.estimation.estimate import Estimate
+from physident.recordings.load import Recordings
 from physident.recordings.recording import Recording
-from physident.recordings.signals import Filter, as_filter
-from physident.setup_checks.check_setup import warn_of_setup
+from physident.recordings.signals import Filter
 from physident.threads import one_thread
 
 
@@ -66,7 +67,7 @@ def diagnose(
     ``diagnose_motion``, whose arguments and errors these are. Raises InputError for a holdout, a filter or offsets beside
     recordings at rest, which need motion.
     """
-    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
+    recordings, holdout = (listed(model, given, columns) for given in (recordings, holdout))
     if not is_at_rest(recordings):
         return diagnose_motion(model, recordings, holdout, filter, seed, progress, columns, recording_offsets, before)
     if holdout or filter is not None or recording_offsets:
@@ -99,127 +100,132 @@ def diagnose_motion(
     new ones, currents without gains, efforts that cannot be the arm's, and a holdout that could not be scored: all of it
     before the search. Raises NotSolvedError where every placebo passes as a cause.
     """
-    recordings, holdout = (_listed(model, given, columns) for given in (recordings, holdout))
-    question = choose_question(model, recordings)
-    _check_options(model, recordings, filter, columns, recording_offsets)
-    refuse_repeated(model, recordings, holdout, before or ())
-    estimate = model if isinstance(model, Estimate) else None
-    given = model if isinstance(model, Model) else model.model
-    used_filter = estimate.filter if estimate else as_filter(filter)
-    gains = estimate.drive_gains if estimate else shared_gains(recordings)
-    layout = estimate.layout if estimate else columns
-    with_torque = [recording.with_default_drive_gains(gains) for recording in recordings]
-    signals = prepare_all(given.robot, with_torque, used_filter)
-    check_lengths(given, signals, used_filter)
-    check_holdout(model, recordings, holdout, used_filter)
-    warnings = warn_of_setup(given.robot, [*with_torque, *(r.with_default_drive_gains(gains) for r in holdout)])
+    asked = ask(model, recordings, holdout, filter, seed, progress, columns, recording_offsets, before)
+    problem = asked.problem()
+    searched = _searched(problem, progress)
+    progress("searching halves of the recordings")
+    judged = _judged(asked, searched)
+    return _answer(asked, problem, searched, judged)
 
-    if isinstance(model, Model):  # a description says nothing of how its friction turns
-        model = given = model_with_transitions(model.stepped(), signals, used_filter)
-    control = _control(estimate, before, question)
-    original, complete = as_estimate(model, used_filter), None
-    before_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
-    for text in assumed:
-        warn(text)
-    comparison = compare_with_control(given, signals, before_signals)
-    if estimate and control and before is None:
-        if not comparison.compared:  # what was taken off cannot be taken for a change
-            complete = complete_model(estimate, control, with_torque, seed, progress)
-            estimate = complete.estimate
-        model = estimate = as_recordings_agree(estimate, before_signals)
-    beside = [None if k is None else control[k].source for k in comparison.partner]
-    asked = state_problem(question, model, comparison.signals, used_filter, seed, recording_offsets, comparison)
-    found = search_and_learn(asked, progress)
-    problem = found.last.hypothesis.problem
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Searched:
+    """What was ``found``, its ``last`` scores with every shape refined and every effect ``stands_for`` a simpler one, and the ``placebos``."""
+
+    found: SearchResult
+    last: CandidateScores
+    stands_for: dict[Key, Key]
+    placebos: tuple[Placebo, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Judged:
+    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints, its values' ``errors``, and the rest."""
+
+    findings: tuple[Finding, ...]
+    old: tuple[Finding, ...]
+    patchwork: bool
+    sure: Hypothesis
+    errors: Uncertainty
+    unexplained: tuple[Unexplained, ...]
+    noise_floor: NDArray[np.float64] | None
+
+
+def _searched(problem: DiagnosisProblem, progress: Callable[[str], None]) -> _Searched:
+    found = search_and_learn(problem, progress)
     placebos = placebos_of(found.last)
     refuse_if_placebos_pass(placebos)
+    problem = found.last.hypothesis.problem
     refined = _with_refined_shapes(problem, found)
     simpler, stands_for = by_simpler(refined)
     last = replace(found.last, hypothesis=settled_hypothesis(problem, simpler, refined) if stands_for else refined)
-    hypothesis, uncertainty = last.hypothesis, uncertainty_of(last.hypothesis)
-    from_currents = any(recording.effort_kind == "current" for recording in recordings)
+    return _Searched(found=found, last=last, stands_for=stands_for, placebos=placebos)
+
+
+def _judged(asked: Asked, searched: _Searched) -> _Judged:
+    """What was found, held against rivals, halves, the control and unseen recordings."""
+    last, hypothesis = searched.last, searched.last.hypothesis
+    problem, uncertainty = hypothesis.problem, uncertainty_of(hypothesis)
+    from_currents = any(recording.effort_kind == "current" for recording in asked.recordings)
     same = same_torque(hypothesis)
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
-    progress("searching halves of the recordings")
-    trust = trust_in(found.first, last, checks, stands_for)
-    alike = alike_before(hypothesis, before_signals)
-    found_effects = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
+    trust = trust_in(searched.found.first, last, checks, searched.stands_for)
+    alike = alike_before(hypothesis, asked.control_signals)
+    found = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
-    expected = expected_error(hypothesis, estimate, floor, unexplained)
-    every = graded(hypothesis, found_effects, expected, controlled=bool(control))
-    findings, since_before = _apart(hypothesis, every, alike)
-    findings = held_to_unseen(
-        hypothesis, with_confounder(findings, control, recordings), holdout, gains, before_signals
-    )
-    patchwork = is_patchwork(found.overfull, bool(control), problem.all_compared, findings)
+    expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
+    findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
+    findings = with_confounder(findings, asked.control, asked.recordings)
+    findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals)
+    patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
-    sure = without(hypothesis, [f for f in (*findings, *since_before) if f.grade == "hint"])
+    sure, errors = without(hypothesis, [f for f in (*findings, *old) if f.grade == "hint"]), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what a hint explained is open
         unexplained = describe_unexplained(sure)
-    extended = None
-    if sure.accepted:
-        errors = uncertainty
-        if len(sure.accepted) < len(hypothesis.accepted):
+        if sure.accepted:
             errors = uncertainty_of(sure)
-            findings, since_before = (with_values(sure, some, errors) for some in (findings, since_before))
-        extended = replace(extended_estimate(sure, errors, with_torque), layout=layout, drive_gains=gains)
-    elif complete and complete.findings:
-        extended = replace(complete.estimate, layout=layout, drive_gains=gains)
-    causes = any(finding.grade == "cause" for finding in findings)
-    error_before, error_after = errors_before_and_after(
-        original, settled_hypothesis(asked, ()), sure, extended, with_torque, holdout,
-        comparison if comparison.compared else None,
-    )  # fmt: skip
-    return Diagnosis(
-        question=question,
-        verdict=_verdict(causes, bool(above_noise_floor(unexplained, floor))),
+            findings, old = (with_values(sure, some, errors) for some in (findings, old))
+    return _Judged(
         findings=findings,
-        missing_since_before=(*(complete.findings if complete else ()), *since_before),
-        wrong_baseline=_joints_of(hypothesis) if patchwork else (),
-        controlled=bool(control) if question == "different" else None,
+        old=old,
+        patchwork=patchwork,
+        sure=sure,
+        errors=errors,
+        unexplained=unexplained,
+        noise_floor=floor,
+    )
+
+
+def _extended(asked: Asked, judged: _Judged) -> Estimate | None:
+    """The model with all that is no hint, or with what its own recordings showed already; None where there is neither."""
+    if judged.sure.accepted:
+        with_torque = [recording.with_default_drive_gains(asked.drive_gains) for recording in asked.recordings]
+        found = extended_estimate(judged.sure, judged.errors, with_torque)
+    elif asked.complete and asked.complete.findings:
+        found = asked.complete.estimate
+    else:
+        return None
+    return replace(found, layout=asked.layout, drive_gains=asked.drive_gains)
+
+
+def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged: _Judged) -> Diagnosis:
+    hypothesis, extended, holdout = searched.last.hypothesis, _extended(asked, judged), asked.holdout
+    with_torque = [recording.with_default_drive_gains(asked.drive_gains) for recording in asked.recordings]
+    error_before, error_after = errors_before_and_after(
+        asked.original, settled_hypothesis(problem, ()), judged.sure, extended, with_torque, holdout,
+        asked.comparison if asked.comparison.compared else None,
+    )  # fmt: skip
+    causes = any(finding.grade == "cause" for finding in judged.findings)
+    changed = asked.estimate if asked.question == "different" else None
+    return Diagnosis(
+        question=asked.question,
+        verdict=_verdict(causes, bool(above_noise_floor(judged.unexplained, judged.noise_floor))),
+        findings=judged.findings,
+        missing_since_before=(*(asked.complete.findings if asked.complete else ()), *judged.old),
+        wrong_baseline=_joints_of(hypothesis) if judged.patchwork else (),
+        controlled=bool(asked.control) if asked.question == "different" else None,
         before=error_before,
         after=error_after,
         scored_on="holdout" if holdout else "left-out rows",
-        noise_floor=floor,
-        placebos=placebos,
-        unseen=unseen_effects(found.first),
-        unexplained=unexplained,
-        recordings=(
-            *_used(recordings, "diagnosed", beside),
-            *_used(holdout, "holdout"),
-            *_used(before or (), "before"),
-        ),
-        model=given,
+        noise_floor=judged.noise_floor,
+        placebos=searched.placebos,
+        unseen=unseen_effects(searched.found.first),
+        unexplained=judged.unexplained,
+        recordings=asked.used(),
+        model=asked.original.model,
         extended=extended.model if extended else None,
         estimate=extended,
-        filter=used_filter,
-        layout=layout,
-        drive_gains=gains,
-        unidentified=problem.freedom.unidentified,
-        seed=seed,
-        incomplete=incomplete_joints(estimate, unexplained) if estimate and question == "different" else (),
-        recording_offsets=recording_offsets,
-        warnings=(*warnings, *assumed),
-        model_file=original.path,
+        filter=asked.filter,
+        layout=asked.layout,
+        drive_gains=asked.drive_gains,
+        unidentified=hypothesis.problem.freedom.unidentified,
+        seed=asked.seed,
+        incomplete=incomplete_joints(changed, judged.unexplained) if changed else (),
+        recording_offsets=asked.recording_offsets,
+        warnings=asked.warnings,
+        model_file=asked.original.path,
     )
-
-
-def _check_options(
-    model: Estimate | Model,
-    recordings: Sequence[Recording],
-    filter: Filter | float | None,
-    columns: str | None,
-    recording_offsets: bool,
-) -> None:
-    if isinstance(model, Estimate) and (filter is not None or columns is not None):
-        raise InputError(
-            "a filter or columns were given beside an estimate; expected none, because an estimate remembers them"
-        )
-    if recording_offsets and len(recordings) < 2:
-        raise InputError(
-            "recording_offsets was given with one recording; expected two or more, between which a zero can drift"
-        )
 
 
 def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypothesis:
@@ -232,17 +238,6 @@ def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypo
             rest = state_hypothesis(problem, [*accepted[:i], *accepted[i + 1 :]], last.model, last.data)
             accepted[i] = replace(one, effect=refine_shape(rest, one.candidate))
     return settled_hypothesis(problem, accepted, last)
-
-
-def _control(
-    estimate: Estimate | None, before: Sequence[Recording] | None, question: Question
-) -> tuple[Recording, ...]:
-    """The recordings that a change is held against: those given, or those that the model was fitted to."""
-    if estimate is None or question != "different":
-        return ()
-    if before is None:
-        return control_recordings(estimate)
-    return tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)
 
 
 def _apart(
@@ -263,16 +258,3 @@ def _verdict(found: bool, structured: bool) -> Verdict:
     if found:
         return "partly_explained" if structured else "explained"
     return "unexplained" if structured else "nothing_missing"
-
-
-def _listed(model: Estimate | Model, given: Recordings, columns: str | None) -> list[Recording]:
-    estimate = model if isinstance(model, Estimate) else None
-    robot = model.robot if isinstance(model, Model) else model.model.robot
-    return as_recordings(given, robot, estimate.layout if estimate else columns)
-
-
-def _used(
-    recordings: Sequence[Recording], role: Role, repeats: Sequence[str | None] | None = None
-) -> tuple[UsedRecording, ...]:
-    beside = repeats or [None] * len(recordings)
-    return tuple(UsedRecording(r.source, r.sha256, role, other) for r, other in zip(recordings, beside, strict=True))
