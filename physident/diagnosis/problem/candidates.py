@@ -158,3 +158,21 @@ def played_backwards(segment: NDArray[np.intp]) -> NDArray[np.intp]:
     """The rows (M,) in order, each contiguous segment (label (M,)) backwards; segments are consecutive."""
     edges = np.flatnonzero(np.diff(segment)) + 1
     return np.concatenate([part[::-1] for part in np.split(np.arange(len(segment)), edges)])
+
+
+def laid_out(model: Model, signals: Sequence[Signals]) -> tuple[tuple[Candidate, ...], list[Effect]]:
+    """All candidates with the places of their columns, and the effects, the model's first, in the order of the columns."""
+    effects: list[Effect] = list(model.effects)
+    at = len(model.columns)
+    candidates = []
+    for name, joints, shaped in candidate_effects(model, signals):
+        if not shaped:
+            continue
+        options = []
+        for effect in shaped:
+            count = len(effect.columns(model.robot))
+            options.append(Option(effect, tuple(range(at, at + count))))
+            effects.append(effect)
+            at += count
+        candidates.append(Candidate(name, joints, tuple(options)))
+    return tuple(candidates), effects

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import fit_baseline, fit_with_all_candidates
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, Option, candidate_effects, with_placebos
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, laid_out, with_placebos
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.effect_columns import effect_columns
 from physident.diagnosis.problem.folds import split_into_folds
@@ -206,7 +206,7 @@ def state_problem(
     model = given if isinstance(given, Model) else given.model
     ordinary = ordinary_model(model, signals, filter)
     signals = [with_transition(model.robot, ordinary.effects, one) for one in signals]
-    candidates, effects = _laid_out(model, signals)
+    candidates, effects = laid_out(model, signals)
     nuisances = offset_of_each_recording(signals) if recording_offsets else []
     first = sum(len(effect.columns(model.robot)) for effect in effects)
     nuisance = tuple(range(first, first + sum(len(one.columns(model.robot)) for one in nuisances)))
@@ -285,21 +285,3 @@ def _with_weights(problem: DiagnosisProblem, weights: Array) -> DiagnosisProblem
 def _left_by_all(problem: DiagnosisProblem, model: Model) -> Array:
     data = problem.search_data(model)
     return fit_with_all_candidates(data, problem.baseline(data)).residual
-
-
-def _laid_out(model: Model, signals: Sequence[Signals]) -> tuple[tuple[Candidate, ...], list[Effect]]:
-    """All candidates with the places of their columns, and the effects, the model's first, in the order of the columns."""
-    effects: list[Effect] = list(model.effects)
-    at = len(model.columns)
-    candidates = []
-    for name, joints, shaped in candidate_effects(model, signals):
-        if not shaped:
-            continue
-        options = []
-        for effect in shaped:
-            count = len(effect.columns(model.robot))
-            options.append(Option(effect, tuple(range(at, at + count))))
-            effects.append(effect)
-            at += count
-        candidates.append(Candidate(name, joints, tuple(options)))
-    return tuple(candidates), effects
