@@ -78,7 +78,7 @@ def test_what_is_different_is_asked_with_these_errors(
             asked.append(given)
         return state_problem(question, given, *more)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr("physident.diagnosis.diagnose.state_problem", state)
+    monkeypatch.setattr("physident.diagnosis.asked.state_problem", state)
     estimate = pid.identify(ur5, before)
     pid.diagnose(estimate, healthy_runs[2:3])
     name = f"coulomb_friction_{WANDERING}"

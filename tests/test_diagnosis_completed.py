@@ -131,7 +131,7 @@ def test_own_recordings_that_cannot_be_searched_are_said_to_be(
     def refused(*_: object, **__: object) -> None:
         raise pid.InputError("too short")
 
-    monkeypatch.setattr("physident.diagnosis.grading.completed.search_with_turning_speeds", refused)
+    monkeypatch.setattr("physident.diagnosis.grading.completed.search_and_learn", refused)
     with pytest.warns(pid.PhysidentWarning, match="may be named as a change.*too short"):
         kept = complete_model(healthy_estimate, healthy_runs[:2], healthy_runs[2:], 0, lambda _: None)
     assert kept.estimate is healthy_estimate
