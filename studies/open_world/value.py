@@ -38,7 +38,8 @@ def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: A
 
 
 def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], diagnosis: Any) -> float | None:
-    """Error [%] of the torque of a finding's change, after the filter, where the hidden torque is determined."""
+    """Error [%] of the torque of a finding's change, after the filter, in each joint's rows where its hidden torque is determined; None
+    where there is no such row."""
     held = changed[0 if hidden.effect in ONCE else -1]
     model = diagnosis.estimate.model
     same = [e for e in model.effects if e.name == hidden.effect and e.joints in (None, hidden.joints)]
@@ -56,12 +57,14 @@ def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], 
     truth = pid.build_regressor(model.robot, pid.make_effects(DEFAULT), [pid.prepare(held.alone, filter)], filter)
     same_rows = np.isin(np.round(truth.time, 6), np.round(told.time, 6))
     meant, said = truth.torque[same_rows], told.predict(np.array(change))
-    open_rows = np.interp(told.time, held.recording.time, (~np.isfinite(held.hidden)).any(axis=1)) > 0
+    open_rows = [np.interp(told.time, held.recording.time, ~np.isfinite(one)) > 0 for one in held.hidden.T]
     pairs = []
     for j, rows in enumerate(truth.joints):
         Y = rows.values[same_rows] if scene.refitted else None
-        pairs.append([_beyond(Y, torque)[~open_rows] for torque in (said[:, j] - meant[:, j], meant[:, j])])
+        pairs.append([_beyond(Y, torque)[~open_rows[j]] for torque in (said[:, j] - meant[:, j], meant[:, j])])
     error, size = (np.concatenate(x) for x in zip(*pairs, strict=True))
+    if not size.any():  # the torque of the joints that it acts on is open in every row
+        return None
     return float(100 * np.linalg.norm(error) / np.linalg.norm(size))
 
 
