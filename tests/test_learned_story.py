@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -51,3 +51,24 @@ def test_a_law_stays_where_no_joint_needs_a_curve(ur5: pid.Robot, bump: float, c
     assert told.get("learned_velocity", ()) == curves
     assert sorted({joint for joints in told.values() for joint in joints}) == ([2, 3] if bump else [2])
     assert found.after.relative[1] < 0.7 * found.before.relative[1]
+
+
+def with_tight_spot(run: pid.Recording, joint: int, place: float) -> pid.Recording:
+    """A recording of an arm whose joint (from 1) drags about a place, with the root of one over the square of its speed as turn."""
+    assert run.dq is not None
+    q, v = run.q[:, joint - 1], run.dq[:, joint - 1]
+    drag = 6.0 / (1 + ((q - place) / 0.3) ** 4) * v / np.sqrt(v * v + 0.08**2)  # N m
+    effort = run.effort.copy()
+    effort[:, joint - 1] += drag
+    return replace(run, effort=effort)
+
+
+def test_two_curves_of_one_joint_are_one_cause(ur5: pid.Robot) -> None:
+    """A tight spot needs a curve over position, and what its turn leaves one over velocity: there is one place to look at."""
+    joint = 3
+    runs = [with_tight_spot(run, joint, 0.2) for run in recorded(ur5, 0.0, 0.0)]
+    found = pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[:2], runs[2:])
+    assert [(cause.effect, cause.joints) for cause in found.causes] == [("learned_position_friction", (joint,))]
+    lesser = [f for f in found.findings if f.effect == "learned_velocity" and f.joints == (joint,)]
+    assert [f.grade for f in lesser] == ["contribution"]
+    assert "what learned_position_friction (joint 3) leaves of one torque" in " ".join(str(found).split())

@@ -76,8 +76,9 @@ def _minor(d: DiagnosisRecord) -> list[str]:
                 f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end
             )
             doubts = "".join(f"; {doubt}" for doubt in (*ends, *f.doubts))
+            rest = "".join(f"; what {_named(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f))
             rows.append(
-                f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{doubts}"
+                f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
     rows += [
         f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
@@ -102,6 +103,13 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             " stand here as a change; give them with --before"
         )
     return rows
+
+
+def _told_by(d: DiagnosisRecord, f: Finding) -> list[Finding]:
+    """The curves that are causes on the joints of a curve that is a contribution: together they are one torque that no law describes."""
+    if f.grade != "contribution" or not f.curves:
+        return []
+    return [one for one in d.causes if one.curves and set(f.joints) & set(one.joints)]
 
 
 def _balance(f: Finding) -> str:

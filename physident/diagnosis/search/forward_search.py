@@ -45,19 +45,23 @@ class SearchResult:
     overfull: bool
 
 
-def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
-    """Forward search with removal.
+def search_effects(
+    problem: DiagnosisProblem,
+    progress: Callable[[str], None] = lambda _: None,
+    begun: Sequence[AcceptedEffect] = (),
+) -> SearchResult:
+    """Forward search with removal, from nothing or from effects with which it has ``begun``.
 
     Effects of an ordinary arm that the model lacks, such as friction, are accepted from the start, until removal shows that
     they add nothing: without them the error is so large that it hides rarer effects, or makes them look like common ones.
     """
     first = score_candidates(settled_hypothesis(problem, ()))
-    problem, accepted = _without(problem, inside_baseline(first)), problem.missing_default_effects
-    if accepted:
-        progress(
-            f"added default effects that the model lacks: {', '.join(dict.fromkeys(a.candidate.name for a in accepted))}"
-        )
+    problem, accepted = _without(problem, inside_baseline(first)), _of_problem(problem, begun)
+    if problem.missing_default_effects and not begun:
+        names = dict.fromkeys(a.candidate.name for a in accepted)
+        progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
+    tried: list[list[Key]] = []
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
@@ -76,7 +80,8 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
             continue
         rounds += 1
         kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
-        if [a.candidate.key for a in kept] == [a.candidate.key for a in accepted]:
+        keys = [a.candidate.key for a in kept]
+        if keys == [a.candidate.key for a in accepted]:
             break
         removed = [one for one in accepted if not any(one is other for other in kept)]
         added = [one for one in kept if not any(one is other for other in accepted)]
@@ -85,11 +90,25 @@ def search_effects(problem: DiagnosisProblem, progress: Callable[[str], None] = 
         )
         progress(f"removed {', '.join(map(placed, removed))}: {instead}")
         accepted = kept
+        if keys in tried:  # what came back was redundant again
+            last = rescore_candidates(settled_hypothesis(searched, kept, last.hypothesis), last)
+            break
+        tried.append(keys)
     assert last is not None
     if last.hypothesis.problem is not problem:  # what was replaced may be a rival
         last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))
     overfull = _count(problem, last.hypothesis.accepted) > HANDFUL
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
+
+
+def _of_problem(problem: DiagnosisProblem, begun: Sequence[AcceptedEffect]) -> tuple[AcceptedEffect, ...]:
+    """Effects that a search of the same recordings has found, as candidates of a problem, or its missing default ones where there is none."""
+    ordinary = {one.candidate.key: one for one in problem.missing_default_effects}
+    places = {candidate.key: candidate for candidate in problem.candidates}
+    return tuple(
+        ordinary.get(one.candidate.key) or replace(one, candidate=places.get(one.candidate.key, one.candidate))
+        for one in begun or problem.missing_default_effects
+    )
 
 
 def _without(problem: DiagnosisProblem, keys: Sequence[Key]) -> DiagnosisProblem:

@@ -33,13 +33,15 @@ def search_with_turning_speeds(
 
     Of a model that was fitted to these recordings; the speeds of any other model are part of what is asked about.
     """
-    found = search_effects(problem, progress)
+    found, begun = search_effects(problem, progress), ()
     for _ in range(AGAIN):
         sharper = _with_speeds_beside(found)
         if sharper is None:
             break
         progress("friction turns at another speed beside what was found: searching again")
-        found = search_effects(sharper, progress)
+        # what was found beside friction that turned too slowly may imitate its turn; what was found anew does not
+        found = search_effects(sharper, progress, begun)
+        begun = found.accepted
     return found
 
 
