@@ -17,6 +17,9 @@ PAGE = ROOT / "docs" / "tutorials" / "first-diagnosis.md"
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 # lines whose numbers and order rounding decides, and one that a busy machine prints
 BY_ROUNDING = ("largest remaining gradient", "vague (", "physident: searching, ")
+OPTIMA = (
+    "designing-a-motion",
+)  # pages whose searches end in another optimum of the same kind on another kind of processor
 TRUE = 0.08  # what the page hides on joint 2
 
 
@@ -44,6 +47,11 @@ def compared(page: str) -> tuple[list[str], list[str]]:
     lines = [line for line in page.splitlines() if not line.startswith(BY_ROUNDING)]
     text = "\n".join(lines)
     return [" ".join(NUMBER.sub("#", line).split()) for line in lines], NUMBER.findall(text)
+
+
+def form(page: str) -> list[str]:
+    """What stays of a page where the optimum of a search is another one: the first word of each line, without its number."""
+    return [NUMBER.sub("#", line).split()[0] for line in page.splitlines() if line.strip()]
 
 
 def close(a: str, b: str) -> bool:
