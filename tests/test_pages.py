@@ -54,7 +54,7 @@ def test_every_printed_output_is_real(page: Path, put: Any, request: pytest.Fixt
 
 def check_claims(played: str) -> None:
     """What the page on a designed motion says of any optimum: its limits hold, and it shows more than a random motion."""
-    margins = [float(x) for x in re.findall(r"margin ([\d.e+-]+) \S+$", played, flags=re.M)]
+    margins = [float(x) for x in re.findall(r"margin ([\d.e+-]+) [^\n]+$", played, flags=re.M)]
     assert len(margins) == 7
     assert min(margins) >= 0
     (factor,) = re.findall(r"smaller by a factor of (\S+) \(", played)
