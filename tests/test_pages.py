@@ -57,7 +57,7 @@ def check_claims(played: str) -> None:
     margins = [float(x) for x in re.findall(r"margin ([\d.e+-]+) [^\n]+$", played, flags=re.M)]
     assert len(margins) == 7
     assert min(margins) >= 0
-    (factor,) = re.findall(r"smaller by a factor of (\S+) \(", played)
+    (factor,) = re.findall(r"smaller by a factor of ([\d.]+) \(", played)
     assert float(factor) > 1.5
     times = [float(x) for x in re.findall(r"^\w+ +(\d+) times less", played, flags=re.M)]
     assert len(times) == 2
