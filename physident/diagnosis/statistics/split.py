@@ -61,6 +61,16 @@ class Class:
         return self.options.shape[1] == 1
 
 
+@dataclass(frozen=True, eq=False)
+class Values:
+    """What responses S give to one class: the values of ``every`` option (O, k, S), the option of each candidate with the largest gain,
+    ``tops`` (C, S), and its values ``theta`` (C, k, S)."""
+
+    every: Array
+    tops: NDArray[np.intp]
+    theta: Array
+
+
 class Split:
     """What does not depend on the response: the baseline and each option fitted outside a fold, and what they do inside."""
 
@@ -68,7 +78,7 @@ class Split:
         self, classes: Sequence[Class], train: WeightedProducts, test: Sequence[WeightedProducts], prior: Array
     ) -> None:
         self.classes, self.train, self.test, self.prior = classes, train, test, prior
-        self.kept: dict[tuple[int, int], Array] = {}
+        self.kept: dict[tuple[int, int | None], Array] = {}
         self.inverse = pseudo_inverse(train.BB + np.diag(prior))
         self.Z = self.inverse @ train.BC
         self.roots = []
@@ -93,38 +103,34 @@ class Split:
         gain, relief = np.zeros((count, n, S)), np.zeros((count, S))
         chosen = [self._chosen(k, slope) for k in range(len(self.classes))]
         contradicted = self.prior[:, None] * x
-        for k, (one, (tops, theta)) in enumerate(zip(self.classes, chosen, strict=True)):
+        for k, (one, values) in enumerate(zip(self.classes, chosen, strict=True)):
             if self.prior.any():
-                relief[one.owners] = self._relief(k, tops, theta, contradicted)
+                relief[one.owners] = self._relief(k, values, contradicted)
         for j, (Cy, By, BC) in enumerate(left):
             moved = Cy - BC.T @ x - self.Z.T @ By
-            for k, (one, (tops, theta)) in enumerate(zip(self.classes, chosen, strict=True)):
-                values = _at(moved, one.columns, tops)
-                gain[one.owners, j] = 2 * np.sum(theta * values, axis=1) - self._spread(k, j, tops, theta)
+            for k, (one, values) in enumerate(zip(self.classes, chosen, strict=True)):
+                pulled = _at(moved, one.columns, values.tops)
+                gain[one.owners, j] = 2 * np.sum(values.theta * pulled, axis=1) - self._spread(k, j, values)
         return before, gain, relief
 
-    def _chosen(self, k: int, slope: Array) -> tuple[NDArray[np.intp], Array]:
-        """The option (C, S) of the largest gain outside the fold, and its values (C, k, S)."""
+    def _chosen(self, k: int, slope: Array) -> Values:
+        """The option of the largest gain outside the fold, and its values."""
         one, root = self.classes[k], self.roots[k]
         pull = slope[one.columns]
         theta = root @ (root.transpose(0, 2, 1) @ pull)
         if one.single:
             order = one.options[:, 0]
-            return np.repeat(order[:, None], slope.shape[1], axis=1), theta[order]
+            return Values(theta, np.repeat(order[:, None], slope.shape[1], axis=1), theta[order])
         seen = np.sum(theta * pull, axis=1)
         best = np.argmax(seen[one.options], axis=1)
         tops = np.take_along_axis(one.options, best, axis=1)
-        return tops, theta[tops, :, np.arange(slope.shape[1])].transpose(0, 2, 1)
+        return Values(theta, tops, theta[tops, :, np.arange(slope.shape[1])].transpose(0, 2, 1))
 
-    def _spread(self, k: int, j: int, tops: NDArray[np.intp], theta: Array) -> Array:
+    def _spread(self, k: int, j: int, values: Values) -> Array:
         """The power (C, S) of the chosen options in a joint's rows of the fold, the baseline refitted."""
-        return self._quadratic(k, tops, theta, lambda some: self._apart(k, j, some, tops.shape[1] > 1))
+        return self._quadratic(values, (k, j), lambda some: self._apart(k, j, some))
 
-    def _apart(self, k: int, j: int, some: NDArray[np.intp], every: bool) -> Array:
-        if every and (k, j) not in self.kept:  # many responses ask for nearly all options, again and again
-            self.kept[k, j] = self._apart(k, j, np.arange(len(self.classes[k].columns)), False)
-        if (k, j) in self.kept:
-            return self.kept[k, j][some]
+    def _apart(self, k: int, j: int, some: NDArray[np.intp]) -> Array:
         one, own = self.classes[k], self.test[j]
         c = one.columns[some]
         Z = self.Z[:, c.ravel()]
@@ -132,26 +138,27 @@ class Split:
         half = Z.reshape(pulled.shape).transpose(1, 2, 0) @ pulled.transpose(1, 0, 2)
         return own.CC[k][some] + half + half.transpose(0, 2, 1)
 
-    def _relief(self, k: int, tops: NDArray[np.intp], theta: Array, contradicted: Array) -> Array:
+    def _relief(self, k: int, values: Values, contradicted: Array) -> Array:
         one = self.classes[k]
 
         def held(some: NDArray[np.intp]) -> Array:
             Zc = self._Zc(one, some)
             return Zc @ (self.prior[:, None] * Zc.transpose(0, 2, 1))
 
-        pulled = _at(self.Z.T @ contradicted, one.columns, tops)
-        return 2 * np.sum(theta * pulled, axis=1) - self._quadratic(k, tops, theta, held)
+        pulled = _at(self.Z.T @ contradicted, one.columns, values.tops)
+        return 2 * np.sum(values.theta * pulled, axis=1) - self._quadratic(values, (k, None), held)
 
     def _quadratic(
-        self, k: int, tops: NDArray[np.intp], theta: Array, matrices: Callable[[NDArray[np.intp]], Array]
+        self, values: Values, key: tuple[int, int | None], matrices: Callable[[NDArray[np.intp]], Array]
     ) -> Array:
-        """theta^T A theta (C, S) of the chosen options, whose matrices A (o, k, k) are computed for some of them."""
-        if self.classes[k].single or tops.shape[1] == 1:
-            return np.sum(theta * (matrices(tops[:, 0]) @ theta), axis=1)
-        used, place = np.unique(tops, return_inverse=True)
-        A = matrices(used)[place.reshape(tops.shape)]  # (C, S, k, k)
-        values = theta.transpose(0, 2, 1)[..., None]
-        return np.sum(values * (A @ values), axis=(2, 3))
+        """theta^T A theta (C, S) of the chosen options, whose matrices A (o, k, k) are computed for some of them; kept by a ``key`` for
+        all, where many responses ask for nearly all, again and again."""
+        if values.tops.shape[1] == 1:
+            return np.sum(values.theta * (matrices(values.tops[:, 0]) @ values.theta), axis=1)
+        if key not in self.kept:
+            self.kept[key] = matrices(np.arange(len(values.every)))
+        power = np.sum(values.every * (self.kept[key] @ values.every), axis=1)
+        return np.take_along_axis(power, values.tops, axis=0)
 
     def _Zc(self, one: Class, some: NDArray[np.intp] | slice) -> Array:
         return np.moveaxis(self.Z[:, one.columns[some]], 0, 2)  # (O, k, R)
