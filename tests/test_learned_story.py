@@ -31,7 +31,7 @@ class Swell(pid.FormulaEffect):
     formulas = ("v * np.abs(v)",)
 
 
-def recorded(ur5: pid.Robot, bump: float, swell: float) -> list[pid.Recording]:
+def recorded(ur5: pid.Robot, bump: float, swell: float, noise: int = 0) -> list[pid.Recording]:
     """Three recordings of an arm whose friction of joint 3 has a bump, and that of joint 2 a bend."""
     nominal = pid.Model.nominal(ur5)
     friction = {"viscous_friction": 5.0, "coulomb_friction": 4.0}
@@ -40,7 +40,7 @@ def recorded(ur5: pid.Robot, bump: float, swell: float) -> list[pid.Recording]:
     arm = pid.Model(ur5, effects, np.array([*theta, bump, swell]))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
     motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
-    return [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+    return [pid.simulate(arm, motion, sensors=sensors, seed=noise + k) for k, motion in enumerate(motions)]
 
 
 @pytest.mark.parametrize(("bump", "curves"), [(0.0, ()), (BUMP, (2, 3))])
@@ -72,3 +72,17 @@ def test_two_curves_of_one_joint_are_one_cause(ur5: pid.Robot) -> None:
     lesser = [f for f in found.findings if f.effect == "learned_velocity" and f.joints == (joint,)]
     assert [f.grade for f in lesser] == ["contribution"]
     assert "what learned_position_friction (joint 3) leaves of one torque" in " ".join(str(found).split())
+
+
+def test_the_mean_of_a_curve_is_no_cause_of_its_own(ur5: pid.Robot) -> None:
+    """A gas spring pushes one way: a curve over position, which has no mean, and an offset of the torque."""
+    joint, before = 4, recorded(ur5, 0.0, 0.0)
+    pushed = []
+    for run in recorded(ur5, 0.0, 0.0, noise=10):
+        effort = run.effort.copy()
+        effort[:, joint - 1] += 1.5 / (1 + np.exp(-4 * (run.q[:, joint - 1] + 0.3))) ** 2  # N m
+        pushed.append(replace(run, effort=effort))
+    found = pid.diagnose_motion(pid.identify(ur5, before), pushed, before=before)
+    told = {f.effect: f.grade for f in found.findings if f.joints == (joint,)}
+    assert told == {"learned_position": "cause", "torque_offset": "contribution"}
+    assert [cause.joints for cause in found.causes] == [(joint,)]

@@ -16,7 +16,7 @@ from physident.diagnosis.grading.control import alike_before
 from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
-from physident.diagnosis.grading.one_story import one_curve_a_joint
+from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.learned.search_and_learn import search_and_learn
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.assemble import make_findings
@@ -157,7 +157,7 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
     expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
     findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
-    findings = one_curve_a_joint(hypothesis, findings)
+    findings = one_cause_a_torque(hypothesis, findings)
     findings = with_confounder(findings, asked.control, asked.recordings)
     findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals)
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)

@@ -10,6 +10,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence
 from physident.effects.catalogue import effect_scope
+from physident.effects.learned.one_torque import are_one_torque
 
 ASKED = {
     "missing": "what is missing from the model",
@@ -106,10 +107,10 @@ def _minor(d: DiagnosisRecord) -> list[str]:
 
 
 def _told_by(d: DiagnosisRecord, f: Finding) -> list[Finding]:
-    """The curves that are causes on the joints of a curve that is a contribution: together they are one torque that no law describes."""
-    if f.grade != "contribution" or not f.curves:
+    """The causes on the joints of a contribution that are one torque with it, which no law describes."""
+    if f.grade != "contribution":
         return []
-    return [one for one in d.causes if one.curves and set(f.joints) & set(one.joints)]
+    return [one for one in d.causes if set(f.joints) & set(one.joints) and are_one_torque(one.effect, f.effect)]
 
 
 def _balance(f: Finding) -> str:
