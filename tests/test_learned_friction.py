@@ -41,18 +41,29 @@ def test_it_turns_over_its_own_speed(ur5: pid.Robot, runs: list[pid.Recording]) 
     (cause,) = found.causes
     assert (cause.effect, cause.joints) == ("learned_position_friction", (3,))
     assert found.estimate is not None
-    (curve,) = [e for e in found.estimate.model.effects if isinstance(e, LearnedPositionFriction)]
+    parameters = found.estimate.model.effect_parameters()
+    ((curve, theta),) = [(e, own) for e, own in parameters if isinstance(e, LearnedPositionFriction)]
     assert curve.smoothing is not None
     # half of either friction is reached at about the same speed: v / (v + slow) there, tanh(v / smoothing) here
     assert SLOW / 2 < curve.smoothing[0] * np.arctanh(0.5) < 2 * SLOW
+    q, torque, _ = curve.curve(ur5, theta)
+    speed = np.concatenate(
+        [np.abs(run.dq[np.abs(run.q[:, 2] - PLACE) < WIDTH, 2]) for run in runs[:2] if run.dq is not None]
+    )
+    there = HEIGHT * float(np.median(speed / (speed + SLOW)))
+    assert np.interp(PLACE, q, torque) == pytest.approx(
+        there, rel=0.15
+    )  # and not less, with friction everywhere else below zero
+    assert np.abs(torque[np.abs(q - PLACE) > 4 * WIDTH]).max() < 0.15 * HEIGHT
     as_dry = [replace(e, smoothing=None) if e is curve else e for e in found.estimate.model.effects]
     dry = pid.identify(ur5, runs[:2], as_dry)
     own = pid.validate(found.estimate, runs[2:])
     assert own.rms[2] < 0.8 * pid.validate(dry, runs[2:]).rms[2]
 
 
-def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
-    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3))
+@pytest.mark.parametrize("zero", [None, (-0.4, 0.2)])
+def test_its_exported_torque_is_its_own(zero: tuple[float, ...] | None, ur5: pid.Robot, tmp_path) -> None:
+    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3), zero)
     effects = (*pid.Model.nominal(ur5).effects, curve)
     count = sum(len(e.columns(ur5)) for e in effects)
     model = pid.Model(ur5, effects, np.random.default_rng(0).standard_normal(count))
@@ -63,6 +74,15 @@ def test_its_exported_torque_is_its_own(ur5: pid.Robot, tmp_path) -> None:
     np.testing.assert_allclose(
         space["torque"](motion.q, motion.v, motion.a), model.torque(motion), rtol=1e-8, atol=1e-8
     )
+
+
+def test_it_is_zero_at_its_zero_whatever_its_parameters(ur5: pid.Robot) -> None:
+    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3), (-0.4, 0.2))
+    theta = np.random.default_rng(1).standard_normal(len(curve.columns(ur5)))
+    for k, place in enumerate((-0.4, 0.2)):
+        q, torque, _ = curve.curve(ur5, theta, k)
+        assert abs(np.interp(place, q, torque)) < 1e-2 * np.abs(torque).max()
+        assert np.abs(torque).max() > 0.5
 
 
 def test_an_impossible_speed_is_refused() -> None:

@@ -64,9 +64,9 @@ def with_tight_spot(run: pid.Recording, joint: int, place: float) -> pid.Recordi
 
 
 def test_two_curves_of_one_joint_are_one_cause(ur5: pid.Robot) -> None:
-    """A tight spot needs a curve over position, and what its turn leaves one over velocity: there is one place to look at."""
+    """A tight spot needs a curve over position, a hump of the same joint's friction one over velocity: there is one gear to look at."""
     joint = 3
-    runs = [with_tight_spot(run, joint, 0.2) for run in recorded(ur5, 0.0, 0.0)]
+    runs = [with_tight_spot(run, joint, 0.2) for run in recorded(ur5, BUMP, 0.0)]
     found = pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[:2], runs[2:])
     assert [(cause.effect, cause.joints) for cause in found.causes] == [("learned_position_friction", (joint,))]
     lesser = [f for f in found.findings if f.effect == "learned_velocity" and f.joints == (joint,)]
@@ -74,15 +74,20 @@ def test_two_curves_of_one_joint_are_one_cause(ur5: pid.Robot) -> None:
     assert "what learned_position_friction (joint 3) leaves of one torque" in " ".join(str(found).split())
 
 
-def test_the_mean_of_a_curve_is_no_cause_of_its_own(ur5: pid.Robot) -> None:
-    """A gas spring pushes one way: a curve over position, which has no mean, and an offset of the torque."""
-    joint, before = 4, recorded(ur5, 0.0, 0.0)
+def test_a_push_one_way_is_one_curve_that_does_not_swing_where_nothing_was_recorded(ur5: pid.Robot) -> None:
+    """A gas spring's torque has a mean, which is no offset beside the curve; and the joint never was in a third of its range."""
+    joint, top, before = 4, 1.5, recorded(ur5, 0.0, 0.0)
     pushed = []
     for run in recorded(ur5, 0.0, 0.0, noise=10):
         effort = run.effort.copy()
-        effort[:, joint - 1] += 1.5 / (1 + np.exp(-4 * (run.q[:, joint - 1] + 0.3))) ** 2  # N m
+        effort[:, joint - 1] += top / (1 + np.exp(-4 * (run.q[:, joint - 1] + 0.3))) ** 2  # N m
         pushed.append(replace(run, effort=effort))
+    q = np.sort(np.concatenate([run.q[:, joint - 1] for run in pushed]))
+    assert np.diff(q).max() > (q[-1] - q[0]) / 3
     found = pid.diagnose_motion(pid.identify(ur5, before), pushed, before=before)
-    told = {f.effect: f.grade for f in found.findings if f.joints == (joint,)}
-    assert told == {"learned_position": "cause", "torque_offset": "contribution"}
-    assert [cause.joints for cause in found.causes] == [(joint,)]
+    assert [(f.effect, f.joints, f.grade) for f in found.findings] == [("learned_position", (joint,), "cause")]
+    (curve,) = found.findings[0].curves
+    assert min(curve.torque) > -0.1 * top
+    assert max(curve.torque) < 1.1 * top
+    (largest,) = found.findings[0].parameters
+    assert largest.interval95[0] < top < largest.interval95[1]

@@ -12,6 +12,7 @@ from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
+OPEN = 0.5  # of the variance that the prior allows: rows that leave more of the level of a curve than they settle do not show it
 POINTS = 60  # of a curve in a file and in a picture: three for each piece of its splines
 
 
@@ -55,7 +56,10 @@ def _with_error(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array]:
     """Points of the curve's range (S,), its torque there (S,) [N m|N], and the standard error (S,)."""
-    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
+    i = hypothesis.accepted.index(accepted)
+    places = hypothesis.extension.places[i]
     x, torque, Phi = effect.curve(hypothesis.problem.model.robot, hypothesis.extension.model.theta[places])
     covariance = uncertainty.covariance[np.ix_(places, places)]
+    if effect.has_mean and hypothesis.left_to_prior(i)[0] > OPEN:  # its level is the offset's, or that of dry friction
+        Phi = Phi * (np.arange(Phi.shape[1]) > 0)
     return x, torque, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))

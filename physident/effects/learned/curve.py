@@ -27,8 +27,8 @@ class LearnedCurve(Effect):
 
     Its parameters are the sizes of the functions, from the smoothest on, with the prior of a smoothing spline: each is zero with the
     standard deviation ``amplitude`` [N m|N]. ``low``, ``high`` and ``amplitude`` are one value or one a joint; ``identify`` takes the
-    range from the recordings and the amplitude from how well rows that were left out are predicted. No curve has a mean, which
-    belongs to effects of the catalogue; of two that explain the same, an effect of the catalogue costs nothing and a curve does.
+    range from the recordings and the amplitude from how well rows that were left out are predicted. Where a curve ``has_mean``, its
+    first function is a constant; of two that explain the same, an effect of the catalogue costs nothing and a curve does.
     Raises InputError for ends in the wrong order and for an amplitude that is not positive.
     """
 
@@ -66,6 +66,15 @@ class LearnedCurve(Effect):
         """Whether recordings show enough of its quantity on a joint (index) for a diagnosis to try it."""
         return True
 
+    @property
+    def has_mean(self) -> bool:
+        """Whether a constant is one of its functions."""
+        return True
+
+    def zeros(self, robot: Robot) -> Array | None:
+        """The quantity (k,) at which the curve of each joint is zero, whatever its parameters; None where nothing is demanded."""
+        return None
+
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
         """What the curve of each of some joints is multiplied by (k, N)."""
         return np.ones((len(joints), len(signals.time)))
@@ -84,7 +93,7 @@ class LearnedCurve(Effect):
         return tuple(
             Column(f"{self.name}_{i + 1}_{j + 1}", self.unit, j + 1, self.name)
             for j in self.active(robot)
-            for i in range(mode_count(self.pieces))
+            for i in range(self._count)
         )
 
     def values(self, robot: Robot, signals: Signals) -> Array:
@@ -98,19 +107,30 @@ class LearnedCurve(Effect):
         return (shapes * self.weight(signals, joints)[:, None, :]).reshape(-1, x.shape[0])
 
     def _shapes(self, robot: Robot, x: Array) -> Array:
-        """Values (k, modes, N) of every mode at quantities x (k, N)."""
+        """Values (k, modes, N) of every mode at quantities x (k, N), less those where the curve is zero."""
+        zeros = self.zeros(robot)
+        shapes = self._free_shapes(robot, x)
+        return shapes if zeros is None else shapes - self._free_shapes(robot, zeros[:, None])
+
+    def _free_shapes(self, robot: Robot, x: Array) -> Array:
         low, high = (self.shape_values(robot, field)[:, None] for field in ("low", "high"))
         place = self.pieces * self.scale(x, low, high)
         circles = self.circles(robot)
         if circles.any():
             turned = np.arctan2(np.sin(x), np.cos(x))
             place = np.where(circles[:, None], self.pieces * (turned / (2 * np.pi) + 0.5), place)
-        return np.stack(
-            [modes(self.pieces, bool(c)).T @ bumps(p, self.pieces) for p, c in zip(place, circles, strict=True)]
-        )
+        return np.stack([self._modes(bool(c)).T @ bumps(p, self.pieces) for p, c in zip(place, circles, strict=True)])
+
+    @property
+    def _count(self) -> int:
+        return mode_count(self.pieces) - (not self.has_mean)
+
+    def _modes(self, circle: bool) -> Array:
+        """Coefficients (pieces + 3, modes) of the B-splines in each of its modes."""
+        return modes(self.pieces, circle)[:, not self.has_mean :]
 
     def prior_sizes(self, robot: Robot) -> Array | None:
-        return np.repeat(self.shape_values(robot, "amplitude"), mode_count(self.pieces))
+        return np.repeat(self.shape_values(robot, "amplitude"), self._count)
 
     def placed(self, robot: Robot, signals: Sequence[Signals]) -> Effect:
         """The curve with the range of its quantity in recordings, where none is given."""
@@ -188,7 +208,9 @@ class LearnedCurve(Effect):
         count = self.pieces + 3
         C = np.zeros((count, robot.n))
         for j, c, own in zip(joints, circles, values, strict=True):
-            C[:, j] = modes(self.pieces, bool(c)) @ own
+            C[:, j] = self._modes(bool(c)) @ own
+        if (zeros := self.zeros(robot)) is not None:  # the splines add up to one everywhere
+            C[:, joints] -= np.einsum("kmn,km->k", self._free_shapes(robot, zeros[:, None]), values)
         place = self._place_source(robot, circles)
         bump = "((np.maximum(2 - np.abs({t}), 0) ** 3 - 4 * np.maximum(1 - np.abs({t}), 0) ** 3) / 6)"
         terms = [f"{array_source(c)} * {bump.format(t=f'({place} - {i - 1})')}" for i, c in enumerate(C)]

@@ -51,23 +51,32 @@ class LearnedPositionFriction(LearnedPosition):
     """tau_j = f_j(q_j) sgn v_j: a damaged place of a gear, a seal or a cable that rubs; f in N m.
 
     ``smoothing`` [rad/s], one value or one a joint, is the speed over which it turns, where it does not turn with the joint's dry
-    friction: a place may drag as in oil though all else is dry. Then sgn v is tanh(v / smoothing).
+    friction: a place may drag as in oil though all else is dry. Then sgn v is tanh(v / smoothing). ``zero`` [rad], one value or one a
+    joint, is a place without such friction: a mean that turned over a speed of its own would be friction over velocity, at every place.
     """
 
     smoothing: tuple[float, ...] | None = None
+    zero: tuple[float, ...] | None = None
 
     name: ClassVar[str] = "learned_position_friction"
     label: ClassVar[str] = "friction that depends on position"
     signature: ClassVar[str] = "friction that is larger at some positions"
     mistaken_for: ClassVar[str] = "load_dependent_friction: move through one position with two loads"
     dry: ClassVar[bool] = True
-    settings_by_joint: ClassVar[tuple[str, ...]] = (*LearnedPosition.settings_by_joint, "smoothing")
+    settings_by_joint: ClassVar[tuple[str, ...]] = (*LearnedPosition.settings_by_joint, "smoothing", "zero")
     dependence: ClassVar[str] = "position and opposes the motion"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.smoothing is not None and not (np.isfinite(self.smoothing).all() and min(self.smoothing) > 0):
             raise InputError(f"{self.name}: smoothing is {self.smoothing}, expected positive speeds [rad/s]")
+
+    @property
+    def has_mean(self) -> bool:
+        return self.zero is None
+
+    def zeros(self, robot: Robot) -> Array | None:
+        return None if self.zero is None else self.shape_values(robot, "zero")
 
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
         if self.smoothing is None:
@@ -97,6 +106,10 @@ class LearnedVelocity(LearnedCurve):
     pieces: ClassVar[int] = 16
     quantity_unit: ClassVar[str] = "rad/s"
     dependence: ClassVar[str] = "velocity"
+
+    @property
+    def has_mean(self) -> bool:
+        return False  # friction must not push a joint one way
 
     def quantity(self, signals: Signals) -> Array | None:
         return signals.v

@@ -1,7 +1,6 @@
 """Which effects of one joint are parts of one torque: its curves, and the laws of what they depend on.
 
-A torque of several quantities is told as a sum of curves over one quantity each, and a curve over position has no mean, which is an offset
-of the torque.
+A torque of several quantities is told as a sum of curves over one quantity each, and what pushes a joint one way as a curve and an offset.
 """
 
 from __future__ import annotations

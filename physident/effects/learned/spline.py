@@ -2,8 +2,8 @@
 
 A curve is a sum of modes. Each is scaled so that one standard deviation for all of them is the prior of a curve which forgets over a
 certain length (Matern's of smoothness 3/2; Rasmussen and Williams, "Gaussian processes for machine learning" (2006), sec. 4.2.1):
-where nothing was recorded it returns to zero, and what is much finer than that length must be shown by the more rows. No mode has a
-mean: a constant belongs to other effects.
+where nothing was recorded it returns to zero, and what is much finer than that length must be shown by the more rows. The first is a
+constant: a curve without a mean of its own would swing where no row has been to have none over its whole range.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ WAVES = np.pi  # wave number over the whole range, of half a wave: over a third 
 
 def mode_count(pieces: int) -> int:
     """How many modes there are of splines of so many pieces, the same on an interval and on a circle."""
-    return pieces - 1
+    return pieces
 
 
 def bumps(t: Array, pieces: int) -> Array:
@@ -31,7 +31,7 @@ def bumps(t: Array, pieces: int) -> Array:
 
 @cache
 def modes(pieces: int, circle: bool) -> Array:
-    """Coefficients (pieces + 3, modes) of the B-splines in each mode, from the smoothest on.
+    """Coefficients (pieces + 3, modes) of the B-splines in each mode, from the constant on.
 
     The root mean square of a mode over the interval or the circle is WAVES^2 / (WAVES^2 + k^2), k its wave number.
     """
@@ -43,10 +43,11 @@ def modes(pieces: int, circle: bool) -> Array:
         root @ vectors,
         np.sqrt(np.maximum(energy, 0.0)),
     )  # the roughness of a wave is the fourth power of k
+    found[:, 0], squares[0] = np.linalg.lstsq(folded, np.ones(pieces + 3), rcond=None)[0], 0.0
     if not circle:  # a constant and a line bend no more than each other: the line is half a wave
         line = np.arange(-1.0, pieces + 2) - pieces / 2
         found[:, 1], squares[1] = line / np.sqrt(line @ size @ line), np.pi**2
-    scaled = folded @ (found * WAVES**2 / (WAVES**2 + squares))[:, 1 : mode_count(pieces) + 1]
+    scaled = folded @ (found * WAVES**2 / (WAVES**2 + squares))[:, : mode_count(pieces)]
     scaled.setflags(write=False)
     return scaled
 
