@@ -81,7 +81,7 @@ def search_effects(
         rounds += 1
         kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
         keys = [a.candidate.key for a in kept]
-        if keys == [a.candidate.key for a in accepted]:
+        if keys == [a.candidate.key for a in accepted] or keys in tried:  # what was removed came back, and would again
             break
         removed = [one for one in accepted if not any(one is other for other in kept)]
         added = [one for one in kept if not any(one is other for other in accepted)]
@@ -90,9 +90,6 @@ def search_effects(
         )
         progress(f"removed {', '.join(map(placed, removed))}: {instead}")
         accepted = kept
-        if keys in tried:  # what came back was redundant again
-            last = rescore_candidates(settled_hypothesis(searched, kept, last.hypothesis), last)
-            break
         tried.append(keys)
     assert last is not None
     if last.hypothesis.problem is not problem:  # what was replaced may be a rival
