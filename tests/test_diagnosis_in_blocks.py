@@ -12,7 +12,7 @@ from physident.processes import VARIABLE
 from tests.exact_friction import exact_arm
 from tests.plant import Sensors, hide, multisine, record
 
-BLOCK = 128  # rows: a recording of the test has some hundreds after the filter
+BLOCK = 256  # rows: a recording of the test has some hundreds after the filter
 
 
 @pytest.fixture(scope="module")

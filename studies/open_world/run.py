@@ -21,6 +21,12 @@ from studies.open_world.judge import Job, judge, line
 from studies.open_world.summary import summary, table
 from studies.open_world.trial import FROM, Kind
 
+NAMES = {
+    "first": "First world",
+    "again": "First world, motions repeated",
+    "second": "Second world, drawn by other code",
+}
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
@@ -65,25 +71,23 @@ def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
 
 
 def _kept(groups: list[int]) -> None:
-    """Write results.json and the README's table from all of some sets that were run of each world."""
+    """Write results.json and the README's table from all of some sets that were run of each world; a world of which there are no rows
+    keeps its results."""
     from studies.kept import keep
 
-    names = {
-        "first": "First world",
-        "again": "First world, motions repeated",
-        "second": "Second world, drawn by other code",
-    }
-    rows = {world: {group: _read(CACHE / world / f"set{group}.jsonl") for group in groups} for world in names}
-    sets = {
-        world: summary([row for some in each.values() for row in some])
-        for world, each in rows.items()
-        if any(each.values())
-    }
-    text = "\n\n".join(f"{names[world]}\n\n{table(one)}" for world, one in sets.items())
-    alone = {
-        world: {group: summary(some)["figures"] for group, some in each.items() if some} for world, each in rows.items()
-    }
-    keep(Path(__file__).parent, {"worlds": sets, "figures_of_each_set": alone}, text)
+    before = json.loads((Path(__file__).parent / "results.json").read_text(encoding="utf-8"))
+    worlds, alone, texts = {}, {}, []
+    for world, name in NAMES.items():
+        each = {group: _read(CACHE / world / f"set{group}.jsonl") for group in groups}
+        if any(each.values()):
+            worlds[world] = summary([row for some in each.values() for row in some])
+            alone[world] = {str(group): summary(some)["figures"] for group, some in each.items() if some}
+        elif world in before["worlds"]:
+            worlds[world], alone[world] = before["worlds"][world], before["figures_of_each_set"][world]
+        else:
+            continue
+        texts.append(f"{name}, set {', '.join(alone[world])}\n\n{table(worlds[world])}")
+    keep(Path(__file__).parent, {"worlds": worlds, "figures_of_each_set": alone}, "\n\n".join(texts))
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
