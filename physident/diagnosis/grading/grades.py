@@ -63,7 +63,7 @@ def graded(
     """The findings with their grades, causes first, each in order of what it takes.
 
     An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
-    change with more right than the new recordings alone.
+    change with more right than the new recordings alone. The level of a curve, which an offset or gravity may take, makes none vague.
     """
     found = [_graded(hypothesis, finding, expected, controlled) for finding in findings]
     order: dict[Grade, int] = {"cause": 0, "contribution": 1, "hint": 2}
@@ -105,7 +105,8 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
         finding.intervals and not share.takes > share.leaves
     ):  # a moment that other errors spoil can still explain the whole
         share = whole
-    sized = [v for v in finding.parameters if v.std > 0]
+    # a curve is known but for what other parameters take as well; its shape was proved on left-out rows
+    sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = (holds_old and not controlled) or _beyond_bounds(finding)
     least = NOTICED_WHILE if finding.intervals else NOTICED

@@ -36,10 +36,12 @@ def curve_band(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Un
 
 
 def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> ParameterValue:
-    """The torque of a curve where it is surely largest, in the place of its many parameters: not at an end that hardly any row has seen."""
+    """The torque of a curve where it is surely largest, in the place of its many parameters: not at an end that hardly any row has seen. Where
+    no torque is sure, because other parameters take a part of it, the largest one."""
     assert isinstance(accepted.effect, LearnedCurve)
     _, torque, std = _with_error(hypothesis, accepted, accepted.effect, uncertainty)
-    top = int(np.argmax(np.abs(torque) - uncertainty.half * std))
+    sure = np.abs(torque) - uncertainty.half * std
+    top = int(np.argmax(sure if sure.max() > 0 else np.abs(torque)))
     value, half = float(torque[top]), uncertainty.half * float(std[top])
     return ParameterValue(
         name="largest",
