@@ -91,3 +91,17 @@ def test_a_push_one_way_is_one_curve_that_does_not_swing_where_nothing_was_recor
     assert max(curve.torque) < 1.1 * top
     (largest,) = found.findings[0].parameters
     assert largest.interval95[0] < top < largest.interval95[1]
+
+
+def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.Robot) -> None:
+    """Two waves of cogging take nearly all of a wrist's error; that their level is open, beside an offset and gravity, makes them no less."""
+    joint, runs = 4, []
+    for run in recorded(ur5, 0.0, 0.0):
+        effort, q = run.effort.copy(), run.q[:, joint - 1]
+        effort[:, joint - 1] += 1.5 * (np.sin(4 * q) + 0.7 * np.sin(6.9 * q + 1))
+        runs.append(replace(run, effort=effort))
+    found = pid.diagnose_motion(pid.identify(ur5, runs), runs)
+    assert [(cause.effect, cause.joints) for cause in found.causes] == [("learned_position", (joint,))]
+    (largest,) = found.causes[0].parameters
+    assert largest.interval95[0] < 0 < largest.interval95[1]
+    assert found.verdict == "explained"
