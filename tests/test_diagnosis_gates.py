@@ -17,7 +17,9 @@ from physident.diagnosis.search.contact_scan import scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
+from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import make_effects
+from physident.estimation.identify import prepare_all
 from physident.identifiability.visibility import VISIBLE
 from physident.recordings.white_noise import white_noise
 from tests.opened import opened
@@ -171,3 +173,18 @@ def test_rows_at_reversals_weigh_what_the_noise_of_velocity_leaves_them(healthy:
     slow = np.abs(signals.v[at]) < 0.05
     left = healthy.fit.residual[rows]
     assert np.std(left[slow] / np.broadcast_to(healthy.fit.sigma, left.shape)[slow]) < 1.5
+
+
+def test_columns_of_another_model_are_zero_where_no_row_counts(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """A row that counts for another set of effects, and not here, has no torque here: a column there would ask for none."""
+    signals = prepare_all(ur5, healthy_runs[:1], pid.Filter(5.0))
+    regressor = build_regressor(ur5, make_effects(["rigid_body", "viscous_friction"]), signals, pid.Filter(5.0))
+    counted = regressor.counted.copy()
+    counted[10:40, 2] = False
+    fewer = replace(regressor, counted=counted)
+    again = fewer.with_columns(regressor, np.arange(len(regressor.columns)))
+    for j, (rows, before) in enumerate(zip(again.joints, regressor.joints, strict=True)):
+        assert not rows.values[~counted[:, j]].any()
+        np.testing.assert_array_equal(rows.values[counted[:, j]], before.values[counted[:, j]])

@@ -85,9 +85,27 @@ def test_it_is_zero_at_its_zero_whatever_its_parameters(ur5: pid.Robot) -> None:
         assert np.abs(torque).max() > 0.5
 
 
-def test_an_impossible_speed_is_refused() -> None:
+def test_an_impossible_speed_or_place_is_refused() -> None:
     with pytest.raises(pid.InputError, match="expected positive speeds"):
         LearnedPositionFriction((1,), smoothing=(0.0,))
+    with pytest.raises(pid.InputError, match="expected positions"):
+        LearnedPositionFriction((1,), zero=(np.nan,))
+
+
+def test_it_leaves_dry_friction_as_dry_as_it_is(ur5: pid.Robot) -> None:
+    """Its constant is dry friction itself: beside it no speed over which dry friction turns could be told from another."""
+    nominal = pid.Model.nominal(ur5)
+    friction = {"viscous_friction": 5.0, "coulomb_friction": 4.0}
+    theta = [friction.get(c.effect, value) for c, value in zip(nominal.columns, nominal.theta, strict=True)]
+    arm = pid.Model(ur5, nominal.effects, np.array(theta))
+    sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
+    motions = [pid.random_trajectory(ur5, seed=seed, duration=20.0, base_frequency=0.1) for seed in (1, 2)]
+    runs = [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+    widths = []
+    for effects in (nominal.effects, (*nominal.effects, LearnedPositionFriction((6,)))):
+        model = pid.identify(ur5, runs, effects).model
+        widths.append([e.smoothing for e in model.effects if e.name == "coulomb_friction"])
+    assert widths[1] == widths[0]
 
 
 def test_friction_over_temperature_is_learned_where_there_is_one(ur5: pid.Robot, runs: list[pid.Recording]) -> None:

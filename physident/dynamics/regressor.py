@@ -136,13 +136,14 @@ class Regressor:
         return np.array([float(np.linalg.norm(R[:, :-1] @ theta[rows.columns] - R[:, -1])) for rows, R in pairs])
 
     def with_columns(self, other: Regressor, places: NDArray[np.intp]) -> Regressor:
-        """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order."""
+        """The same rows with the columns at ``places`` taken from another regressor, whose columns are those in order; zero in rows that
+        are not counted here, though they may be there."""
         joints = []
-        for rows, new_rows in zip(self.joints, other.joints, strict=True):
+        for rows, new_rows, counted in zip(self.joints, other.joints, self.counted.T, strict=True):
             values, fresh = copied(rows.values), new_rows.values
             position = {int(c): k for k, c in enumerate(rows.columns)}
             for k, c in enumerate(new_rows.columns):
-                values[:, position[int(places[c])]] = fresh[:, k]
+                values[:, position[int(places[c])]] = fresh[:, k] * counted
             joints.append(JointRows(rows.columns, values))
         return replace(self, joints=tuple(joints))
 

@@ -170,4 +170,6 @@ def _covered(model: Model, curve: LearnedCurve, wide: LearnedCurve, states: Sign
     assert x is not None
     before = curve.ends(robot)
     reached = (min(float(x[:, j].min()), before[0]), max(float(x[:, j].max()), before[1]))
-    return Covered(joint=j + 1, unit=curve.quantity_unit, before=before, reached=reached, possible=wide.ends(robot))
+    return Covered(
+        joint=j + 1, unit=curve.unit_of_quantity(robot, j), before=before, reached=reached, possible=wide.ends(robot)
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.result.findings import CurveBand, ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
@@ -13,6 +13,7 @@ from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
 OPEN = 0.5  # of the variance that the prior allows: rows that leave more of the level of a curve than they settle do not show it
+VISITED = 400  # places, as often as rows have been near them
 POINTS = 60  # of a curve in a file and in a picture: three for each piece of its splines
 
 
@@ -27,7 +28,7 @@ def curve_band(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Un
     return CurveBand(
         joint=joint,
         quantity=accepted.effect.variable or "",
-        unit=accepted.effect.quantity_unit,
+        unit=accepted.effect.unit_of_quantity(hypothesis.problem.model.robot, joint - 1),
         x=tuple(x[at].tolist()),
         torque=tuple(torque[at].tolist()),
         low=tuple((torque - half)[at].tolist()),
@@ -54,14 +55,32 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     )
 
 
+def level_is_open(hypothesis: Hypothesis, accepted: AcceptedEffect) -> bool:
+    """Whether rows leave the mean of a curve where they are to its prior: an offset, or dry friction, takes any of it."""
+    effect = accepted.effect
+    if not isinstance(effect, LearnedCurve) or not effect.has_mean:
+        return False
+    mean = _mean_shape(hypothesis, accepted, effect)
+    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
+    left = mean @ hypothesis.covariance[np.ix_(places, places)] @ mean
+    return bool(left * prior_precision(effect) > OPEN * mean @ mean)
+
+
 def _with_error(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array]:
-    """Points of the curve's range (S,), its torque there (S,) [N m|N], and the standard error (S,)."""
-    i = hypothesis.accepted.index(accepted)
-    places = hypothesis.extension.places[i]
+    """Points of the curve's range (S,), its torque there (S,) [N m|N], and the standard error (S,): of its shape, where its level is open."""
+    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
     x, torque, Phi = effect.curve(hypothesis.problem.model.robot, hypothesis.extension.model.theta[places])
     covariance = uncertainty.covariance[np.ix_(places, places)]
-    if effect.has_mean and hypothesis.left_to_prior(i)[0] > OPEN:  # its level is the offset's, or that of dry friction
-        Phi = Phi * (np.arange(Phi.shape[1]) > 0)
+    if level_is_open(hypothesis, accepted):
+        Phi = Phi - _mean_shape(hypothesis, accepted, effect)
     return x, torque, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
+
+
+def _mean_shape(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:
+    """The mean (modes,) of a curve's modes over where recordings have been."""
+    joint = accepted.candidate.joints[0] - 1
+    found = [effect.quantity(one) for one in hypothesis.problem.referred(hypothesis.model)]
+    x = np.concatenate([one[:, joint] for one in found if one is not None])
+    return effect.shapes_at(hypothesis.problem.model.robot, np.quantile(x, np.linspace(0, 1, VISITED))).mean(axis=0)

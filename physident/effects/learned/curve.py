@@ -181,6 +181,12 @@ class LearnedCurve(Effect):
             return -np.pi, np.pi
         return float(self.shape_values(robot, "low")[k]), float(self.shape_values(robot, "high")[k])
 
+    def unit_of_quantity(self, robot: Robot, joint: int) -> str:
+        """The unit of its quantity on a joint (index), which may be prismatic."""
+        if robot.joints[joint].kind != "prismatic":
+            return self.quantity_unit
+        return {"rad": "m", "rad/s": "m/s", "N m": "N"}.get(self.quantity_unit, self.quantity_unit)
+
     def in_words(self, robot: Robot, theta: Array) -> str:
         """Where the curve of each joint is largest, and between which values it is at least half of that."""
         found = []
@@ -193,7 +199,7 @@ class LearnedCurve(Effect):
             unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
             found.append(
                 f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
-                f" {x[last]:.2g} {self.quantity_unit}"
+                f" {x[last]:.2g} {self.unit_of_quantity(robot, j)}"
             )
         return "; ".join(found)
 

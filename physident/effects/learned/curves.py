@@ -70,6 +70,8 @@ class LearnedPositionFriction(LearnedPosition):
         super().__post_init__()
         if self.smoothing is not None and not (np.isfinite(self.smoothing).all() and min(self.smoothing) > 0):
             raise InputError(f"{self.name}: smoothing is {self.smoothing}, expected positive speeds [rad/s]")
+        if self.zero is not None and not np.isfinite(self.zero).all():
+            raise InputError(f"{self.name}: zero is {self.zero}, expected positions [rad]")
 
     @property
     def has_mean(self) -> bool:

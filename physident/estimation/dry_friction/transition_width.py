@@ -15,6 +15,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
+from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.weighting import weight_rows
@@ -48,7 +49,8 @@ def with_transitions(
     for place in places:
         effect = effects[place]
         tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter).joints for width in WIDTHS]
-        independent = find_base_parameters(robot, effects).independent
+        levels = _levels(robot, effects)
+        independent = [i for i in find_base_parameters(robot, effects).independent if i not in levels]
         widths = [
             _best_width(regressor, tried[: _count(widest, j)], weights, j, k, independent, filter.cutoff)
             for k, j in enumerate(effect.active(robot))
@@ -71,6 +73,19 @@ def model_with_transitions(model: Model, signals: Sequence[Signals], filter: Fil
     return replace(model, effects=effects)
 
 
+def _levels(robot: Robot, effects: Sequence[Effect]) -> set[int]:
+    """The columns that are the constants of curves of dry friction: with one of them, nothing of Coulomb friction is left to be seen."""
+    owner = [(effect, k) for effect in effects for k in range(len(effect.columns(robot)))]
+    return {
+        i
+        for i, (effect, k) in enumerate(owner)
+        if isinstance(effect, LearnedCurve)
+        and effect.dry
+        and effect.has_mean
+        and k % (len(effect.columns(robot)) // len(effect.active(robot))) == 0
+    }
+
+
 def _count(widest: Array | None, j: int) -> int:
     """How many widths are tried for joint j (index)."""
     return len(WIDTHS) if widest is None else int(np.searchsorted(WIDTHS, widest[j], side="right"))
@@ -82,7 +97,7 @@ def _best_width(
     weights: Array,
     j: int,
     k: int,
-    independent: NDArray[np.intp],
+    independent: Sequence[int],
     cutoff: float,
 ) -> float:
     """The smallest width [rad/s|m/s] that the rows of joint j (index) do not tell from the one with which they leave least;
