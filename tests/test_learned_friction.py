@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.effects.friction import CoulombFriction
 from physident.effects.learned.curves import LearnedPositionFriction, LearnedTemperature, LearnedTime
+from physident.export.symbolic import symbolic_model
 from physident.identifiability.base_parameters import random_motion
 
 PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
@@ -74,6 +76,32 @@ def test_its_exported_torque_is_its_own(zero: tuple[float, ...] | None, ur5: pid
     np.testing.assert_allclose(
         space["torque"](motion.q, motion.v, motion.a), model.torque(motion), rtol=1e-8, atol=1e-8
     )
+
+
+def test_exported_friction_turns_as_the_model_does(ur5: pid.Robot, tmp_path) -> None:
+    """What has no speed of its own turns with the joint's dry friction, exported as well as evaluated."""
+    widths = (0.2, 0.1, 0.3, 0.05, 0.0, 0.2)
+    effects = (
+        *pid.make_effects(["rigid_body", "load_dependent_friction"]),
+        CoulombFriction(smoothing=widths),
+        LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0)),
+    )
+    count = sum(len(e.columns(ur5)) for e in effects)
+    model = pid.Model(ur5, effects, np.random.default_rng(0).standard_normal(count))
+    motion = random_motion(ur5, 40)
+    slow = replace(motion, v=0.1 * motion.v)
+    pid.export_python(model, tmp_path / "arm.py")
+    space: dict = {}
+    exec((tmp_path / "arm.py").read_text(encoding="utf-8"), space)
+    expected = model.torque(slow)
+    np.testing.assert_allclose(space["torque"](slow.q, slow.v, slow.a), expected, rtol=1e-8, atol=1e-8)
+    import casadi as ca
+
+    one = symbolic_model(model)
+    at_once = ca.Function("torque", [one.q, one.v, one.a], [one.torque, one.regressor])
+    torque, regressor = at_once(slow.q[0], slow.v[0], slow.a[0])
+    np.testing.assert_allclose(np.array(torque).ravel(), expected[0], rtol=1e-8)
+    np.testing.assert_allclose(np.array(regressor) @ model.theta, expected[0], rtol=1e-8)
 
 
 def test_it_is_zero_at_its_zero_whatever_its_parameters(ur5: pid.Robot) -> None:

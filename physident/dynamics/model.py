@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
 from physident.effects.catalogue import DEFAULT_EFFECTS, described_effects, effect_from_dict, make_effects
-from physident.effects.effect import AddedInertia, Column, Effect
+from physident.effects.effect import AddedInertia, Column, Effect, array_source
 from physident.errors import InputError
 from physident.large_arrays import BLOCK, empty, release
 from physident.recordings.signals import Signals
@@ -91,6 +92,20 @@ class Model:
         sizes = [len(effect.columns(self.robot)) for effect in self.effects]
         return list(zip(self.effects, np.split(self.theta, np.cumsum(sizes)[:-1]), strict=True))
 
+    def source_of(self, effect: Effect, theta: Array) -> str | None:
+        """The torque of one of its effects with parameters (k,) as a NumPy expression, whose dry friction turns over the speeds of the
+        model's; None where the effect has none."""
+        source, stated = effect.numpy_source(self.robot, theta), self._transitions()
+        if source is None or stated is None:
+            return source
+        widths = array_source(np.maximum(stated, SHARPEST))
+        return source.replace(SMOOTH_SIGN_SOURCE, f"np.tanh(v / {widths})")
+
+    def _transitions(self) -> Array | None:
+        """The speeds (n,) [rad/s|m/s] over which its dry friction turns; None where no effect states them."""
+        stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
+        return np.max(stated, axis=0) if stated else None
+
     def added_inertia(self) -> AddedInertia:
         """Inertia of the arm as the sum over the effects: links (10 n,) [kg, kg m, kg m^2], rotors, change of gravity."""
         n = self.robot.n
@@ -107,8 +122,8 @@ class Model:
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
-        stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
-        signals = replace(signals, transition=np.max(stated, axis=0)) if stated else signals
+        stated = self._transitions()
+        signals = signals if stated is None else replace(signals, transition=stated)
         if len(signals.q) <= BLOCK or not all(effect.pointwise for effect in self.effects):
             return self._referred(signals)
         load, motor = empty(signals.q.shape), empty(signals.q.shape)

@@ -166,7 +166,7 @@ def _effect_torques(model: Model) -> _Torques:
     for effect, theta in model.effect_parameters():
         if effect.inertia(model.robot, theta) is not None:
             continue
-        source = effect.numpy_source(model.robot, theta)
+        source = model.source_of(effect, theta)
         if source is None:
             unknown.append(effect.name)
             continue

@@ -79,9 +79,9 @@ def symbolic_model(model: Model) -> SymbolicModel:
                 rows["z"] = z[k * n : (k + 1) * n].T
                 advanced.append((k, _evaluated(effect.advance_source(robot), effect, rows)))
             for unit, column in zip(np.eye(len(theta)), columns, strict=True):
-                regressor[:, column] = _column(effect, unit, robot, inertia.links, rows, Y)
+                regressor[:, column] = _column(model, effect, unit, inertia.links, rows, Y)
             if effect.inertia(robot, theta) is None:
-                tau = tau + _evaluated(effect.numpy_source(robot, theta), effect, rows).T
+                tau = tau + _evaluated(model.source_of(effect, theta), effect, rows).T
         rows["motor"] = tau.T
     ordered = [value for _, value in sorted(advanced, key=lambda item: item[0])]
     after = ca.vertcat(*(value.T for value in ordered)) if ordered else ca.SX(0, 1)
@@ -108,11 +108,12 @@ def _refuse_unknown(robot: Robot, parts: list[tuple[Effect, Array, range]]) -> N
         )
 
 
-def _column(effect: Effect, unit: Array, robot: Robot, links: Array, rows: dict[str, Any], Y: Any) -> Any:
+def _column(model: Model, effect: Effect, unit: Array, links: Array, rows: dict[str, Any], Y: Any) -> Any:
     """One column (n,) of the regressor: the torque of a unit of one parameter."""
+    robot = model.robot
     added = effect.inertia(robot, unit)
     if added is None:
-        return _evaluated(effect.numpy_source(robot, unit), effect, rows).T
+        return _evaluated(model.source_of(effect, unit), effect, rows).T
     column = Y @ added.links + added.armature * rows["a"].T
     if any(added.gravity):
         pulled = replace(robot, gravity=added.gravity)

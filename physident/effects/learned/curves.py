@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.dry_sign import SHARPEST, sign_of_velocity
+from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
 from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
 from physident.effects.learned.curve import LearnedCurve
@@ -86,9 +86,10 @@ class LearnedPositionFriction(LearnedPosition):
         return sign_of_velocity(signals, joints, np.broadcast_to(self.smoothing, len(joints)).astype(float))
 
     def factor_source(self, robot: Robot) -> str:
+        if self.smoothing is None:
+            return SMOOTH_SIGN_SOURCE
         widths = np.full(robot.n, SHARPEST)
-        if self.smoothing is not None:
-            widths[self.active(robot)] = self.shape_values(robot, "smoothing")
+        widths[self.active(robot)] = self.shape_values(robot, "smoothing")
         return f"np.tanh(v / {array_source(np.maximum(widths, SHARPEST))})"
 
 

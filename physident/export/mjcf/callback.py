@@ -83,4 +83,4 @@ def _source(effect: Effect, model: Model, theta: np.ndarray) -> str | None:
     """The effect's torque as an expression of one instant; None where it has none or remembers."""
     if effect.advance_source(model.robot) is not None:
         return None
-    return effect.numpy_source(model.robot, theta)
+    return model.source_of(effect, theta)
