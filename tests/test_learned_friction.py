@@ -132,7 +132,7 @@ def test_it_leaves_dry_friction_as_dry_as_it_is(ur5: pid.Robot) -> None:
     widths = []
     for effects in (nominal.effects, (*nominal.effects, LearnedPositionFriction((6,)))):
         model = pid.identify(ur5, runs, effects).model
-        widths.append([e.smoothing for e in model.effects if e.name == "coulomb_friction"])
+        widths.append([e.smoothing for e in model.effects if isinstance(e, CoulombFriction)])
     assert widths[1] == widths[0]
 
 
