@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +21,12 @@ from physident.robots.robot import Robot
 Array = NDArray[np.float64]
 MAX_PRINTED, MAX_VALUES = 15, 6  # effects of a model, and values of an effect, that its printed form shows
 LARGEST = 1e12  # of any parameter in SI units: torques and their squares stay finite
+
+
+def turning_speeds(robot: Robot, effects: Sequence[Effect]) -> Array | None:
+    """The speeds (n,) [rad/s|m/s] over which the dry friction of some effects turns; None where none states them."""
+    stated = [widths for effect in effects if (widths := effect.transition(robot)) is not None]
+    return np.max(stated, axis=0) if stated else None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,16 +101,11 @@ class Model:
     def source_of(self, effect: Effect, theta: Array) -> str | None:
         """The torque of one of its effects with parameters (k,) as a NumPy expression, whose dry friction turns over the speeds of the
         model's; None where the effect has none."""
-        source, stated = effect.numpy_source(self.robot, theta), self._transitions()
+        source, stated = effect.numpy_source(self.robot, theta), turning_speeds(self.robot, self.effects)
         if source is None or stated is None:
             return source
         widths = array_source(np.maximum(stated, SHARPEST))
         return source.replace(SMOOTH_SIGN_SOURCE, f"np.tanh(v / {widths})")
-
-    def _transitions(self) -> Array | None:
-        """The speeds (n,) [rad/s|m/s] over which its dry friction turns; None where no effect states them."""
-        stated = [widths for effect in self.effects if (widths := effect.transition(self.robot)) is not None]
-        return np.max(stated, axis=0) if stated else None
 
     def added_inertia(self) -> AddedInertia:
         """Inertia of the arm as the sum over the effects: links (10 n,) [kg, kg m, kg m^2], rotors, change of gravity."""
@@ -122,7 +123,7 @@ class Model:
         ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
         effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
-        stated = self._transitions()
+        stated = turning_speeds(self.robot, self.effects)
         signals = signals if stated is None else replace(signals, transition=stated)
         if len(signals.q) <= BLOCK or not all(effect.pointwise for effect in self.effects):
             return self._referred(signals)

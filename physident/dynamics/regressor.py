@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.column_structure import ColumnStructure, kept_rows
-from physident.dynamics.model import Model
+from physident.dynamics.model import Model, turning_speeds
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
 from physident.large_arrays import blocks, copied, empty, is_shared, triangle
@@ -158,8 +158,8 @@ class Regressor:
 
 def with_transition(robot: Robot, effects: Sequence[Effect], signals: Signals) -> Signals:
     """The signals with the speeds over which the sign of dry friction turns, where one of the effects states them."""
-    stated = [widths for effect in effects if (widths := effect.transition(robot)) is not None]
-    return replace(signals, transition=np.max(stated, axis=0)) if stated else signals
+    stated = turning_speeds(robot, effects)
+    return signals if stated is None else replace(signals, transition=stated)
 
 
 def build_regressor(

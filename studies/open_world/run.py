@@ -76,18 +76,17 @@ def _kept(groups: list[int]) -> None:
     from studies.kept import keep
 
     before = json.loads((Path(__file__).parent / "results.json").read_text(encoding="utf-8"))
-    worlds, alone, texts = {}, {}, []
+    worlds, alone, texts = dict(before["worlds"]), dict(before["figures_of_each_set"]), []
+    sets = before.get("sets") or {world: list(each) for world, each in alone.items()}
     for world, name in NAMES.items():
-        each = {group: _read(CACHE / world / f"set{group}.jsonl") for group in groups}
-        if any(each.values()):
-            worlds[world] = summary([row for some in each.values() for row in some])
-            alone[world] = {str(group): summary(some)["figures"] for group, some in each.items() if some}
-        elif world in before["worlds"]:
-            worlds[world], alone[world] = before["worlds"][world], before["figures_of_each_set"][world]
-        else:
-            continue
-        texts.append(f"{name}, set {', '.join(alone[world])}\n\n{table(worlds[world])}")
-    keep(Path(__file__).parent, {"worlds": worlds, "figures_of_each_set": alone}, "\n\n".join(texts))
+        rows = {str(group): _read(CACHE / world / f"set{group}.jsonl") for group in groups}
+        rows = {group: some for group, some in rows.items() if some}
+        if rows:
+            worlds[world], sets[world] = summary([row for some in rows.values() for row in some]), list(rows)
+            alone[world] = {**alone.get(world, {}), **{group: summary(some)["figures"] for group, some in rows.items()}}
+        if world in worlds:
+            texts.append(f"{name}, set {', '.join(sets[world])}\n\n{table(worlds[world])}")
+    keep(Path(__file__).parent, {"worlds": worlds, "sets": sets, "figures_of_each_set": alone}, "\n\n".join(texts))
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
