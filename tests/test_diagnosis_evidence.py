@@ -89,7 +89,7 @@ def test_costs_of_blocks_are_those_of_refits_and_add_up_to_the_gains() -> None:
     np.testing.assert_allclose(alone, block_costs(fits.residual(), now.weights, labels), rtol=1e-8)
     for c, candidate in enumerate(evidence.candidates):
         options = [option.columns for option in candidate.options]
-        after = now.weights**2 * fits.squares_of_blocks(options, np.zeros(len(options)))
+        after = now.weights**2 * fits.squares_of_blocks(options, np.zeros((len(options), len(options[0]))))
         if len(options) == 1:
             effect = evidence.columns(options[0])
             same = now.weights**2 * fits.squares_of_blocks(effect, np.zeros(effect.count))

@@ -62,6 +62,22 @@ def at(q: float, v: float = 0.0) -> Signals:
     return Signals.of_states(np.full((1, 6), q), np.full((1, 6), v), np.zeros((1, 6)))
 
 
+@pytest.mark.parametrize("circle", [False, True])
+def test_no_part_of_a_curve_is_larger_than_its_ceiling(circle: bool, ur5: pid.Robot) -> None:
+    """One standard deviation of each mode, over an interval and over the circle of a joint without limits."""
+    robot = without_limits(ur5) if circle else ur5
+    amplitude, ceiling = 50.0, 2.0
+    curve = LearnedPosition((1,), (-1.0,), (1.0,), (amplitude,), (ceiling,))
+    assert curve.circles(robot)[0] == circle
+    x = ((np.arange(4000) + 0.5) / 2000 - 1.0) * (np.pi if circle else 1.0)
+    sizes = curve.prior_sizes(robot)
+    assert sizes is not None
+    largest = np.sqrt(np.mean((curve.shapes_at(robot, x) * sizes) ** 2, axis=0))
+    assert (largest < 1.35 * ceiling).all()
+    assert (largest[:4] > 0.35 * ceiling).all()
+    np.testing.assert_allclose(sizes[-8:], amplitude)  # what is fine, other parameters do not have
+
+
 def test_beyond_its_range_a_curve_stays_constant(ur5: pid.Robot) -> None:
     position = LearnedPosition((3,), (-0.5,), (0.7,), (1.0,))
     for inside, outside in ((0.7, 2.5), (-0.5, -1.9)):
@@ -71,10 +87,15 @@ def test_beyond_its_range_a_curve_stays_constant(ur5: pid.Robot) -> None:
     assert np.abs(velocity.values(ur5, at(0, 0.8)) - velocity.values(ur5, at(0, 0.4))).max() > 0.1
 
 
+def without_limits(robot: pid.Robot) -> pid.Robot:
+    free = replace(robot)
+    object.__setattr__(free, "lower", np.full(robot.n, -np.inf))
+    object.__setattr__(free, "upper", np.full(robot.n, np.inf))
+    return free
+
+
 def test_it_repeats_with_each_turn_of_a_joint_without_limits(ur5: pid.Robot) -> None:
-    free = replace(ur5)
-    object.__setattr__(free, "lower", np.full(6, -np.inf))
-    object.__setattr__(free, "upper", np.full(6, np.inf))
+    free = without_limits(ur5)
     effect = LearnedPosition((3,), (-1.0,), (1.0,), (1.0,))
     np.testing.assert_allclose(effect.values(free, at(0.4)), effect.values(free, at(0.4 - 2 * np.pi)), atol=1e-12)
     assert np.abs(effect.values(ur5, at(0.4)) - effect.values(ur5, at(0.4 - 2 * np.pi))).max() > 0.1
@@ -150,6 +171,8 @@ def test_a_model_with_curves_survives_its_file(ur5: pid.Robot, runs: list[pid.Re
         ({"low": (1.0,), "high": (0.0,)}, "expected low below high"),
         ({"amplitude": (0.0,)}, "expected positive"),
         ({"amplitude": (float("nan"),)}, "expected positive"),
+        ({"ceiling": (-1.0,)}, "expected positive"),
+        ({"low": (0.0, 0.0), "high": (1.0,)}, "low has 2 values, expected one, or 1, one a joint"),
     ],
 )
 def test_impossible_settings_are_refused(settings: dict, said: str) -> None:

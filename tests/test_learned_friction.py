@@ -65,7 +65,7 @@ def test_it_turns_over_its_own_speed(ur5: pid.Robot, runs: list[pid.Recording]) 
 
 @pytest.mark.parametrize("zero", [None, (-0.4, 0.2)])
 def test_its_exported_torque_is_its_own(zero: tuple[float, ...] | None, ur5: pid.Robot, tmp_path) -> None:
-    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3), zero)
+    curve = LearnedPositionFriction((2, 3), (-1.0,), (1.0,), (1.0,), smoothing=(0.1, 0.3), zero=zero)
     effects = (*pid.Model.nominal(ur5).effects, curve)
     count = sum(len(e.columns(ur5)) for e in effects)
     model = pid.Model(ur5, effects, np.random.default_rng(0).standard_normal(count))
@@ -105,7 +105,7 @@ def test_exported_friction_turns_as_the_model_does(ur5: pid.Robot, tmp_path) -> 
 
 
 def test_it_is_zero_at_its_zero_whatever_its_parameters(ur5: pid.Robot) -> None:
-    curve = LearnedPositionFriction((2, 3), (-1.0, -1.0), (1.0, 1.0), (1.0, 1.0), (0.1, 0.3), (-0.4, 0.2))
+    curve = LearnedPositionFriction((2, 3), (-1.0,), (1.0,), (1.0,), smoothing=(0.1, 0.3), zero=(-0.4, 0.2))
     theta = np.random.default_rng(1).standard_normal(len(curve.columns(ur5)))
     for k, place in enumerate((-0.4, 0.2)):
         q, torque, _ = curve.curve(ur5, theta, k)

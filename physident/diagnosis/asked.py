@@ -60,6 +60,11 @@ class Asked:
         """The filter of all signals."""
         return self.original.filter
 
+    @property
+    def with_torque(self) -> list[Recording]:
+        """The diagnosed recordings, with the drive gains that turn currents into torque."""
+        return [recording.with_default_drive_gains(self.drive_gains) for recording in self.recordings]
+
     def used(self) -> tuple[UsedRecording, ...]:
         """Every recording with its role, and the source of the control's that it is compared with."""
         partners = [None if k is None else self.control[k].source for k in self.comparison.partner]

@@ -121,13 +121,15 @@ class _Searched:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Judged:
-    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints, its values' ``errors``, and the rest."""
+    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints, its values' ``errors``, its model
+    ``refitted`` where that was needed, and the rest."""
 
     findings: tuple[Finding, ...]
     old: tuple[Finding, ...]
     patchwork: bool
     sure: Hypothesis
     errors: Uncertainty
+    refitted: Estimate | None
     unexplained: tuple[Unexplained, ...]
     noise_floor: NDArray[np.float64] | None
 
@@ -159,12 +161,13 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
     findings = one_cause_a_torque(hypothesis, findings)
     findings = with_confounder(findings, asked.control, asked.recordings)
-    findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals)
+    refitted = _refitted(asked, hypothesis, uncertainty)
+    findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
     sure, errors = without(hypothesis, [f for f in (*findings, *old) if f.grade == "hint"]), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what a hint explained is open
-        unexplained = describe_unexplained(sure)
+        unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:
             errors = uncertainty_of(sure)
             findings, old = (with_values(sure, some, errors) for some in (findings, old))
@@ -174,16 +177,23 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
         patchwork=patchwork,
         sure=sure,
         errors=errors,
+        refitted=refitted,
         unexplained=unexplained,
         noise_floor=floor,
     )
 
 
+def _refitted(asked: Asked, hypothesis: Hypothesis, uncertainty: Uncertainty) -> Estimate | None:
+    """The extended model, fitted anew, that a holdout is to judge; None where there is no holdout, or no second fit."""
+    if not asked.holdout or not hypothesis.accepted or hypothesis.problem.question != "missing":
+        return None
+    return extended_estimate(hypothesis, uncertainty, asked.with_torque)
+
+
 def _extended(asked: Asked, judged: _Judged) -> Estimate | None:
     """The model with all that is no hint, or with what its own recordings showed already; None where there is neither."""
     if judged.sure.accepted:
-        with_torque = [recording.with_default_drive_gains(asked.drive_gains) for recording in asked.recordings]
-        found = extended_estimate(judged.sure, judged.errors, with_torque)
+        found = judged.refitted or extended_estimate(judged.sure, judged.errors, asked.with_torque)
     elif asked.complete and asked.complete.findings:
         found = asked.complete.estimate
     else:
@@ -193,9 +203,8 @@ def _extended(asked: Asked, judged: _Judged) -> Estimate | None:
 
 def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged: _Judged) -> Diagnosis:
     hypothesis, extended, holdout = searched.last.hypothesis, _extended(asked, judged), asked.holdout
-    with_torque = [recording.with_default_drive_gains(asked.drive_gains) for recording in asked.recordings]
     error_before, error_after = errors_before_and_after(
-        asked.original, settled_hypothesis(problem, ()), judged.sure, extended, with_torque, holdout,
+        asked.original, settled_hypothesis(problem, ()), judged.sure, extended, asked.with_torque, holdout,
         asked.comparison if asked.comparison.compared else None,
     )  # fmt: skip
     causes = any(finding.grade == "cause" for finding in judged.findings)

@@ -13,6 +13,7 @@ from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.model import Model
+from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import predictions_of
 from physident.recordings.recording import Recording
@@ -28,9 +29,11 @@ def held_to_unseen(
     holdout: Sequence[Recording],
     drive_gains: tuple[float, ...] | None,
     control: Sequence[Signals] = (),
+    refitted: Estimate | None = None,
 ) -> tuple[Finding, ...]:
     """The findings, those as hints with which the holdout's error on their joints is larger than without them, all others
-    refitted. A contact belongs to its own recording and stays.
+    refitted, or on whose joints the extended model, where it is ``refitted`` as a whole, errs by more than the model did. A contact
+    belongs to its own recording and stays.
 
     What a comparison with the ``control`` shows is judged by unseen recordings that are compared too, and stays where there is none:
     along any other motion the model errs by more than what has changed.
@@ -39,10 +42,41 @@ def held_to_unseen(
         return tuple(findings)
     groups = [[] if finding.intervals else members(hypothesis, finding) for finding in findings]
     worse = made_worse(hypothesis, groups, holdout, drive_gains, control)
-    return tuple(
-        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad else finding
-        for finding, bad in zip(findings, worse, strict=True)
+    after = (
+        _lost_by_refit(hypothesis, groups, holdout, drive_gains, refitted.model) if refitted else [False] * len(groups)
     )
+    return tuple(
+        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad or lost else finding
+        for finding, bad, lost in zip(findings, worse, after, strict=True)
+    )
+
+
+def _lost_by_refit(
+    hypothesis: Hypothesis,
+    groups: Sequence[Sequence[int]],
+    holdout: Sequence[Recording],
+    drive_gains: tuple[float, ...] | None,
+    refitted: Model,
+) -> list[bool]:
+    """Whether a refitted model errs by more than the problem's model on the joints of each group: what fitted rows leave open
+    between an effect and gravity, two fits settle differently, and only one of them is handed on."""
+    problem = hypothesis.problem
+    with_torque = [recording.with_default_drive_gains(drive_gains) for recording in holdout]
+    signals = prepare_all(problem.model.robot, with_torque, problem.filter)
+    before, after = (
+        (predictions_of(model, signals, problem.filter).rms / hypothesis.fit.sigma) ** 2
+        for model in (problem.model, refitted)
+    )
+    return [
+        bool(group) and bool(after[_joints(hypothesis, group)].sum() > before[_joints(hypothesis, group)].sum())
+        for group in groups
+    ]
+
+
+def _joints(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:
+    """The joints (indices) of a group of accepted effects; all, where they name none."""
+    named = {j - 1 for i in group for j in hypothesis.accepted[i].candidate.joints}
+    return sorted(named or range(hypothesis.problem.model.robot.n))
 
 
 def made_worse(
@@ -68,7 +102,7 @@ def made_worse(
         if compared and not beside.compared:
             result.append(False)
             continue
-        joints = [j - 1 for i in group for j in hypothesis.accepted[i].candidate.joints] or slice(None)
+        joints = _joints(hypothesis, group)
         models = (one.extension.model for one in (hypothesis, without_effects(hypothesis, group)))
         whole, other = (errors(model, compared) for model in models)
         result.append(bool(np.sum(whole[joints]) > np.sum(other[joints])))

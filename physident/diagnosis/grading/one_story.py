@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding
@@ -44,5 +42,5 @@ def _cost_alone(hypothesis: Hypothesis, i: int, parts: Sequence[int]) -> float:
     """The squared left-out residual, in units of the noise, with accepted effect i and without the other ``parts``."""
     rest, one = without_effects(hypothesis, parts), hypothesis.accepted[i]
     columns = hypothesis.columns(one.candidate, one.effect)
-    squares = rest.left_out_fits.squares_of_blocks(columns, np.full(columns.count, prior_precision(one.effect)))
+    squares = rest.left_out_fits.squares_of_blocks(columns, prior_precision(one.effect, columns.count))
     return float((hypothesis.fit.weights**2 * squares).sum())

@@ -76,7 +76,7 @@ def _finished(found: SearchResult, pool: CurvePool, now: Hypothesis, curves: Seq
     joints = {joint for one in curves for joint in one.candidate.joints}
     sizes = {one.candidate.key: one.candidate for one in curves}
     others = [
-        sizes.get((curve.effect.name, (curve.joint,)), curve.candidate(10 * float(now.fit.sigma[curve.joint - 1])))
+        sizes.get((curve.effect.name, (curve.joint,)), curve.candidate(10.0, float(now.fit.sigma[curve.joint - 1])))
         for curve in pool.curves
         if curve.joint in joints
     ]

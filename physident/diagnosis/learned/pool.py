@@ -32,9 +32,9 @@ class Curve:
     joint: int
     columns: tuple[int, ...]
 
-    def candidate(self, amplitude: float) -> Candidate:
-        """The candidate with an amplitude [N m|N]."""
-        effect = replace(self.effect, amplitude=(amplitude,))
+    def candidate(self, factor: float, left: float) -> Candidate:
+        """The candidate with an amplitude of a ``factor`` times what its joint has ``left`` [N m|N]."""
+        effect = replace(self.effect.beside((left,)), amplitude=(factor * left,))
         return Candidate(effect.name, (self.joint,), (Option(effect, self.columns),))
 
 
@@ -77,7 +77,7 @@ class CurvePool:
         taken = {one.candidate.key for one in hypothesis.accepted}
         sigma = hypothesis.fit.sigma
         return [
-            curve.candidate(factor * float(sigma[curve.joint - 1]))
+            curve.candidate(factor, float(sigma[curve.joint - 1]))
             for curve in self.curves
             if (joints is None or curve.joint in joints) and (curve.effect.name, (curve.joint,)) not in taken
             for factor in AMPLITUDES
@@ -87,9 +87,10 @@ class CurvePool:
         """The placebos, each with every amplitude."""
         sigma = hypothesis.fit.sigma
         return [
-            PlaceboCandidate(PLACEBO, (one.joint,), (Option(None, one.columns, (factor * sigma[one.joint - 1]) ** -2),))
+            PlaceboCandidate(PLACEBO, (one.joint,), (Option(None, one.columns, tuple(option.prior)),))
             for one in self.placebos
             for factor in AMPLITUDES
+            for option in one.candidate(factor, float(sigma[one.joint - 1])).options
         ]
 
     def with_only(self, before: DiagnosisProblem, chosen: Sequence[Candidate]) -> DiagnosisProblem:

@@ -67,7 +67,7 @@ def _with_every_curve(now: Hypothesis, pool: CurvePool) -> Baseline:
     baseline, sigma = now.baseline, now.fit.sigma
     for curve in pool.curves:
         if curve.effect.variable in STATE:
-            (option,) = curve.candidate(AMPLITUDES[1] * float(sigma[curve.joint - 1])).options
+            (option,) = curve.candidate(AMPLITUDES[1], float(sigma[curve.joint - 1])).options
             baseline = baseline.joined(pool.data.columns(option.columns), option.prior)
     return baseline
 

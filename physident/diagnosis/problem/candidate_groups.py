@@ -14,7 +14,7 @@ from physident.diagnosis.problem.candidates import Candidate
 @dataclass(frozen=True, eq=False)
 class OptionGroup:
     """Options with k columns each: ``columns`` (O, k), their candidate's index ``owner`` (O,) and own index ``place``;
-    ``prior`` (O,): prior precision of their values."""
+    ``prior`` (O, k): prior precision of their values."""
 
     columns: NDArray[np.intp]
     owner: NDArray[np.intp]
@@ -37,4 +37,4 @@ class OptionGroup:
     @property
     def prior_normal(self) -> NDArray[np.float64]:
         """What the prior adds to the normal matrix (O, k, k) of each option."""
-        return self.prior[:, None, None] * np.eye(self.columns.shape[1])
+        return self.prior[:, :, None] * np.eye(self.columns.shape[1])

@@ -24,31 +24,31 @@ PLACEBOS = ("placebo_reversed", "placebo_random")
 STIFF = 1e-4  # 1/N^2: a force of 100 N is one standard deviation, which keeps a singular pose from inventing more
 
 
-def prior_precision(effect: Effect | None) -> float:
-    """Prior precision of the values of a candidate's effect: none, but for the force of a contact, a learned curve, and what joints
-    have of their own where all are scaled."""
+def prior_precision(effect: Effect | None, count: int) -> Array:
+    """Prior precision of the ``count`` values of a candidate's effect: none, but for the force of a contact, a learned curve of one joint,
+    and what joints have of their own where all are scaled."""
     if isinstance(effect, LearnedCurve) and effect.amplitude is not None:
-        return effect.amplitude[0] ** -2
+        return effect.prior_sizes_of_one() ** -2
     if isinstance(effect, SharedScale) and effect.uneven_percent is not None:
-        return effect.uneven_percent**-2
-    return STIFF if isinstance(effect, Contact) else 0.0
+        return np.full(count, effect.uneven_percent**-2)
+    return np.full(count, STIFF if isinstance(effect, Contact) else 0.0)
 
 
 @dataclass(frozen=True)
 class Option:
     """One concrete effect with its shape parameter set, and the indices of its columns in the regressor.
 
-    ``precision`` is that of a prior of their values around zero, by default the effect's own.
+    ``precision`` (k,) is that of a prior of their values around zero, by default the effect's own.
     """
 
     effect: Effect | None
     columns: tuple[int, ...]
-    precision: float | None = None
+    precision: tuple[float, ...] | None = None
 
     @property
-    def prior(self) -> float:
-        """Prior precision of each value."""
-        return prior_precision(self.effect) if self.precision is None else self.precision
+    def prior(self) -> Array:
+        """Prior precision (k,) of the values."""
+        return prior_precision(self.effect, len(self.columns)) if self.precision is None else np.array(self.precision)
 
 
 @dataclass(frozen=True)

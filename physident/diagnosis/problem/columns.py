@@ -96,10 +96,10 @@ class Baseline:
     prior: Array
     extra: tuple[Columns, ...] = ()
 
-    def joined(self, columns: Sequence[Array] | Columns, precision: float = 0.0) -> Baseline:
-        """The baseline with more columns, (M, k) in each joint's rows, whose values have a prior ``precision``."""
+    def joined(self, columns: Sequence[Array] | Columns, precision: Array | None = None) -> Baseline:
+        """The baseline with more columns, (M, k) in each joint's rows, whose values have a prior ``precision`` (k,), by default none."""
         more = Columns.of(columns)
-        prior = np.concatenate([self.prior, np.full(more.count, precision)])
+        prior = np.concatenate([self.prior, np.zeros(more.count) if precision is None else precision])
         return Baseline(self.joints, prior, (*self.extra, more))
 
     @property

@@ -114,9 +114,8 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduc
     squares_of_weights = shown / hypothesis.fit.sigma**2
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
     joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
-    prior = np.concatenate(
-        [np.full(len(a.effect.columns(hypothesis.problem.model.robot)), prior_precision(a.effect)) for a in group]
-    )
+    robot = hypothesis.problem.model.robot
+    prior = np.concatenate([prior_precision(a.effect, len(a.effect.columns(robot))) for a in group])
     before, after = (
         squares_of_weights * squares
         for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))

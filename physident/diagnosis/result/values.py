@@ -8,7 +8,7 @@ from itertools import compress
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.learned.describe import largest_value, level_is_open
+from physident.diagnosis.learned.describe import curve_in_words, largest_value
 from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
@@ -60,13 +60,10 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
     model, sentences = hypothesis.extension.model, []
     for one in accepted:
         at = hypothesis.accepted.index(one)
-        words = (
-            one.effect.in_words(model.robot, model.theta[hypothesis.extension.places[at]]),
-            nearest_law(hypothesis, one),
-        )
-        sentences.append("; ".join(filter(None, words)))
-        if level_is_open(hypothesis, one):
-            sentences.append("Known but for a constant, which another parameter of the model holds.")
+        if isinstance(one.effect, LearnedCurve):
+            sentences.append(f"{curve_in_words(hypothesis, one, one.effect)}; {nearest_law(hypothesis, one)}")
+        else:
+            sentences.append(one.effect.in_words(model.robot, model.theta[hypothesis.extension.places[at]]))
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")

@@ -201,8 +201,8 @@ def contradicted(hypothesis: Hypothesis, candidate: Candidate | None) -> float:
     return hypothesis.left_out_fits.contradicted(*_options(candidate))
 
 
-def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[float]]:
-    """The columns of each option of a candidate, and the prior precision of its values."""
+def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[Array]]:
+    """The columns of each option of a candidate, and the prior precision (k,) of its values."""
     options = candidate.options if candidate else ()
     return [option.columns for option in options], [option.prior for option in options]
 

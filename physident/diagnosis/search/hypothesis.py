@@ -101,11 +101,13 @@ class Hypothesis:
 
     def left_to_prior(self, i: int) -> Array:
         """How much (k,) of the prior variance of each number of accepted effect i the data leave: 1 where they say nothing of it, 0 without a prior."""
-        return prior_precision(self.accepted[i].effect) * np.diag(self.covariance)[self.extension.places[i]]
+        places = self.extension.places[i]
+        return prior_precision(self.accepted[i].effect, len(places)) * np.diag(self.covariance)[places]
 
     def with_effect(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""
-        baseline = self.baseline.joined(self.columns(candidate, effect), prior_precision(effect))
+        columns = self.columns(candidate, effect)
+        baseline = self.baseline.joined(columns, prior_precision(effect, columns.count))
         accepted = (*self.accepted, AcceptedEffect(candidate, effect))
         fit = fit_baseline(self.data, baseline, BaselineProducts(self.data, baseline).equations)
         return replace(self, accepted=accepted, baseline=baseline, fit=fit)
@@ -165,7 +167,7 @@ def state_hypothesis(
     baseline = problem.baseline(data)
     for one in accepted:
         columns = columns_beside(problem, data, model, one.candidate, one.effect)
-        baseline = baseline.joined(columns, prior_precision(one.effect))
+        baseline = baseline.joined(columns, prior_precision(one.effect, columns.count))
     return Hypothesis(
         problem=problem,
         accepted=tuple(accepted),

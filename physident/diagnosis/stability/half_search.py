@@ -132,7 +132,7 @@ def _evidence(before: ProductFit, after: ProductFit, one: Chosen) -> float:
 
 def _held(chosen: Sequence[Chosen]) -> bool:
     """Whether a prior holds the values of any effect."""
-    return any(prior_precision(one.effect) > 0 for one in chosen)
+    return any(prior_precision(one.effect, len(one.columns)).any() for one in chosen)
 
 
 def _numbers(fit: ProductFit, one: Chosen) -> float:

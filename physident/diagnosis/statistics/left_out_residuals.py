@@ -54,12 +54,12 @@ class LeftOutFits:
         return result
 
     def squares_of_blocks(
-        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[float] | Array = ()
+        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[Array] | Array = ()
     ) -> Array:
         """Squared residual (G, n) [(N m)^2] of each block, of the baseline and the best option fitted outside its fold.
 
         Each option is some of the data's columns; the best has the largest gain outside the fold. ``prior`` is the prior precision of each
-        option's values. One option may also be given as an effect's columns, with the prior of each.
+        option's values (k,). One option may also be given as an effect's columns, with the prior of each.
         """
         own, taken = self.products.own, self._taken(options, prior)
         result = np.zeros((len(own.blocks), self.products.n))
@@ -86,7 +86,7 @@ class LeftOutFits:
         return np.maximum(result, 0.0)
 
     def contradicted(
-        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[float] | Array = ()
+        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[Array] | Array = ()
     ) -> float:
         """By how much the baseline contradicts its prior beside the best option: chi squared, the mean of the fits outside each fold."""
         moved = [
@@ -95,7 +95,7 @@ class LeftOutFits:
         return float(np.mean([self.baseline.prior @ x**2 for x in moved]))
 
     def _taken(
-        self, options: Sequence[tuple[int, ...]] | Columns, prior: Sequence[float] | Array
+        self, options: Sequence[tuple[int, ...]] | Columns, prior: Sequence[Array] | Array
     ) -> Sequence[_Taken | None]:
         """The best option outside each fold."""
         if isinstance(options, Columns):
@@ -103,7 +103,7 @@ class LeftOutFits:
         if not len(options):
             return [None] * len(self.x)
         at = np.array(options, dtype=np.intp)
-        return self._best(*self._of_data(at), np.asarray(prior, dtype=float)[:, None] * np.ones(at.shape))
+        return self._best(*self._of_data(at), np.asarray(prior, dtype=float))
 
     def _best(self, CC: Array, BC: Array, Cy: Array, prior: Array) -> list[_Taken | None]:
         """For each fold the option of the largest gain outside it, None where nothing gains, from products (f, O, k, k), (f, R, O, k) and

@@ -90,7 +90,7 @@ def fit_chosen(
 ) -> ProductFit:
     """The model of a hypothesis' problem with some effects, fitted to the rows of ``products``."""
     active = np.concatenate([np.arange(stored.baseline), *(c.columns for c in chosen)]).astype(np.intp)
-    extra = [np.full(len(c.columns), prior_precision(c.effect)) for c in chosen]
+    extra = [prior_precision(c.effect, len(c.columns)) for c in chosen]
     return ProductFit(
         products=products,
         active=active,
@@ -122,11 +122,10 @@ def best_alone(
         outside = CC - np.moveaxis(Z, 0, 2) @ np.moveaxis(BC, 0, 1)
         y = products.weighted(squares, np.array([state.response]), flat)[0].reshape(columns.shape)
         slope = y - np.tensordot(fit.x, BC, 1)
-        root = whitening(CC, outside + prior[:, None, None] * np.eye(columns.shape[1]))
+        root = whitening(CC, outside + prior[:, :, None] * np.eye(columns.shape[1]))
         seen = np.sum(np.einsum("okl,ok->ol", root, slope) ** 2, axis=1)
-        chosen = columns.shape[1] - prior * np.sum(
-            root**2, axis=(1, 2)
-        )  # numbers: less than one a column where a prior holds it
+        held = np.sum(prior[:, :, None] * root**2, axis=(1, 2))
+        chosen = columns.shape[1] - held  # numbers: less than one a column where a prior holds it
         size = np.trace(CC, axis1=1, axis2=2)
         rows = np.maximum(worth[:, columns].max(axis=2).sum(axis=0), 1e-300)  # of the joints that an option acts on
         seen = -rows * np.log(np.maximum(1 - seen / rows, 1e-12)) - 2 * chosen

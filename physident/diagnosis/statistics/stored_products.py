@@ -25,7 +25,7 @@ MAX_UNITS = 32  # more would cost memory; each is then several blocks
 @dataclass(frozen=True, eq=False)
 class OptionClass:
     """The options of candidates that have as many columns: the candidates' ``keys``, the ``effects``, their ``columns`` (O, k) and the
-    prior precision of their values ``prior`` (O,)."""
+    prior precision of their values ``prior`` (O, k)."""
 
     keys: tuple[Key, ...]
     effects: tuple[Effect, ...]
@@ -74,7 +74,7 @@ class StoredProducts:
                 keys=tuple(key for key, _, _ in group),
                 effects=tuple(effect for _, effect, _ in group),
                 columns=np.array([columns for _, _, columns in group]),
-                prior=np.array([prior_precision(effect) for _, effect, _ in group]),
+                prior=np.array([prior_precision(effect, len(columns)) for _, effect, columns in group]),
             )
             for group in groups.values()
         ]

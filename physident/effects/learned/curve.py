@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Column, Detection, Family
 from physident.effects.effect import Array, Effect, array_source
-from physident.effects.learned.spline import bumps, mode_count, modes
+from physident.effects.learned.spline import bumps, mode_count, modes, sizes
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 NARROWEST = 1e-3  # of a range, in the unit of its quantity: a joint that hardly moves shows no curve
+CEILING = (
+    6.0  # times what a joint leaves without a curve: one whose torque other parameters hide to five sixths is not shown
+)
 SHOWN = 200  # points of a printed or drawn curve
 
 
@@ -26,32 +29,43 @@ class LearnedCurve(Effect):
     """A sum of smooth functions of one quantity x of the joint, from ``low`` to ``high``; beyond its ends it stays constant.
 
     Its parameters are the sizes of the functions, from the smoothest on, with the prior of a smoothing spline: each is zero with the
-    standard deviation ``amplitude`` [N m|N]. ``low``, ``high`` and ``amplitude`` are one value or one a joint; ``identify`` takes the
-    range from the recordings and the amplitude from how well rows that were left out are predicted. Where a curve ``has_mean``, its
+    standard deviation ``amplitude`` [N m|N], or with less where the root mean square of its torque would exceed ``ceiling`` [N m|N]: a
+    curve that hardly bends is also gravity's, and the two must not grow against each other. ``low``, ``high``, ``amplitude`` and
+    ``ceiling`` are one value or one a joint; ``identify`` takes the range from the recordings, the amplitude from how well rows that
+    were left out are predicted, and the ceiling from what is left without curves. Where a curve ``has_mean``, its
     first function is a constant; of two that explain the same, an effect of the catalogue costs nothing and a curve does.
-    Raises InputError for ends in the wrong order and for an amplitude that is not positive.
+    Raises InputError for settings of a wrong length, ends in the wrong order, and an amplitude or a ceiling that is not positive.
     """
 
     low: tuple[float, ...] | None = None
     high: tuple[float, ...] | None = None
     amplitude: tuple[float, ...] | None = None
+    ceiling: tuple[float, ...] | None = None
 
     unit: ClassVar[str] = "N m"
     family: ClassVar[Family] = Family.LEARNED
     detection: ClassVar[Detection] = Detection.AFTER_LAWS
     has_prior: ClassVar[bool] = True
-    settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude")
+    settings_by_joint: ClassVar[tuple[str, ...]] = ("low", "high", "amplitude", "ceiling")
     channel: ClassVar[str] = "the model's load, expected signals from Model.refer"  # without which it has no quantity
+    is_held: ClassVar[bool] = True  # by a ceiling
     pieces: ClassVar[int] = 32  # of its splines: what is narrower than two of them is not seen
     quantity_unit: ClassVar[str] = "rad"
     middle: ClassVar[tuple[float, float]] = (-1.0, 1.0)  # a range where no recordings give one
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        counts = {name: len(given) for name in self.settings_by_joint if (given := getattr(self, name)) is not None}
+        joints = max(counts.values(), default=1) if self.joints is None else len(self.joints)
+        for name, count in counts.items():
+            if count not in (1, joints):
+                raise InputError(f"{self.name}: {name} has {count} values, expected one, or {joints}, one a joint")
         if self.low is not None and self.high is not None and not (np.array(self.low) < np.array(self.high)).all():
             raise InputError(f"{self.name}: low is {self.low} and high is {self.high}, expected low below high")
-        if self.amplitude is not None and not (np.isfinite(self.amplitude).all() and min(self.amplitude) > 0):
-            raise InputError(f"{self.name}: amplitude is {self.amplitude}, expected positive numbers [N m|N]")
+        for name in ("amplitude", "ceiling"):
+            given = getattr(self, name)
+            if given is not None and not (np.isfinite(given).all() and min(given) > 0):
+                raise InputError(f"{self.name}: {name} is {given}, expected positive numbers [N m|N]")
 
     @abstractmethod
     def quantity(self, signals: Signals) -> Array | None:
@@ -130,7 +144,26 @@ class LearnedCurve(Effect):
         return modes(self.pieces, circle)[:, not self.has_mean :]
 
     def prior_sizes(self, robot: Robot) -> Array | None:
-        return np.repeat(self.shape_values(robot, "amplitude"), self._count)
+        amplitude = self.shape_values(robot, "amplitude")
+        ceiling = np.full(len(amplitude), np.inf) if self.ceiling is None else self.shape_values(robot, "ceiling")
+        return self._sizes(amplitude, ceiling).ravel()
+
+    def prior_sizes_of_one(self) -> Array:
+        """Standard deviations (modes,) [N m|N] of the prior of a curve on one joint; raises InputError where it has no amplitude."""
+        if self.amplitude is None:
+            raise InputError(f"{self.name}: amplitude is not given, expected one value; identify finds it")
+        return self._sizes(np.array(self.amplitude[:1]), np.array((self.ceiling or (np.inf,))[:1]))[0]
+
+    def _sizes(self, amplitude: Array, ceiling: Array) -> Array:
+        """Standard deviations (k, modes) [N m|N] of the numbers of curves with amplitudes and ceilings (k,)."""
+        return np.minimum(amplitude[:, None], ceiling[:, None] / sizes(self.pieces)[not self.has_mean :])
+
+    def beside(self, left: Sequence[float]) -> Self:
+        """The curve with the ceiling that goes with what its joints have ``left`` (k,) [N m|N] without it, unless it has one or needs
+        none."""
+        if self.ceiling is not None or not self.is_held:
+            return self
+        return replace(self, ceiling=tuple(CEILING * one for one in left))
 
     def placed(self, robot: Robot, signals: Sequence[Signals]) -> Effect:
         """The curve with the range of its quantity in recordings, where none is given."""
@@ -187,21 +220,18 @@ class LearnedCurve(Effect):
             return self.quantity_unit
         return {"rad": "m", "rad/s": "m/s", "N m": "N"}.get(self.quantity_unit, self.quantity_unit)
 
-    def in_words(self, robot: Robot, theta: Array) -> str:
-        """Where the curve of each joint is largest, and between which values it is at least half of that."""
-        found = []
-        for k, j in enumerate(self.active(robot)):
-            x, torque, _ = self.curve(robot, theta, k)
-            top = int(np.argmax(np.abs(torque)))
-            inside = torque * np.sign(torque[top]) >= np.abs(torque[top]) / 2
-            first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
-            last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
-            unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
-            found.append(
-                f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
-                f" {x[last]:.2g} {self.unit_of_quantity(robot, j)}"
-            )
-        return "; ".join(found)
+    def points_in_words(self, robot: Robot, k: int, x: Array, torque: Array) -> str:
+        """Where the curve of its k-th joint is largest of some ascending points (S,), and between which of them it is at least half of
+        that."""
+        j, top = self.active(robot)[k], int(np.argmax(np.abs(torque)))
+        inside = torque * np.sign(torque[top]) >= np.abs(torque[top]) / 2
+        first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
+        last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
+        unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
+        return (
+            f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
+            f" {x[last]:.2g} {self.unit_of_quantity(robot, j)}"
+        )
 
     dependence: ClassVar[str] = "position"  # its quantity, in a sentence
 

@@ -106,6 +106,9 @@ class LearnedVelocity(LearnedCurve):
     variable: ClassVar[Variable | None] = "velocity"
     signature: ClassVar[str] = "a curve over velocity that no law of the catalogue has"
     mistaken_for: ClassVar[str] = "stribeck_friction or nonlinear_viscous_friction: move at five speeds or more"
+    is_held: ClassVar[bool] = (
+        False  # few rows are fast: what all of them leave says little of friction at the highest speeds
+    )
     pieces: ClassVar[int] = 16
     quantity_unit: ClassVar[str] = "rad/s"
     dependence: ClassVar[str] = "velocity"

@@ -52,6 +52,13 @@ def modes(pieces: int, circle: bool) -> Array:
     return scaled
 
 
+@cache
+def sizes(pieces: int) -> Array:
+    """The root mean square (modes,) of each mode over an interval; on a circle it is about the same."""
+    found = modes(pieces, False)
+    return np.sqrt(np.einsum("bm,bc,cm->m", found, _products(pieces)[0], found))
+
+
 def _folded(pieces: int) -> Array:
     """Which B-spline of a circle each one of the interval is: the last three are the first three."""
     result = np.zeros((pieces + 3, pieces))

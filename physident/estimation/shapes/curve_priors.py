@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import Regressor
 from physident.effects.effect import Effect
+from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.quick_fit import quick_fit
 from physident.estimation.uncertainty import block_labels, correlation_rows
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
@@ -52,7 +53,7 @@ def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) ->
 
 def with_amplitudes(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> tuple[Effect, ...]:
     """The effects with the amplitude of each curve that has none, joint by joint, by left-out blocks."""
-    curves = [i for i, effect in enumerate(effects) if getattr(effect, "amplitude", 0) is None]
+    curves = {i: one for i, one in enumerate(effects) if isinstance(one, LearnedCurve) and one.amplitude is None}
     if not curves:
         return tuple(effects)
     owner = np.array([i for i, effect in enumerate(effects) for _ in effect.columns(robot)])
@@ -64,28 +65,32 @@ def with_amplitudes(robot: Robot, effects: Sequence[Effect], regressor: Regresso
         (i, int(j)): np.flatnonzero((owner == i) & (joints == j)) for i in curves for j in np.unique(joints[owner == i])
     }
     given = np.where(np.isfinite(sizes := _prior_sizes(robot, effects, missing=np.inf)), sizes, np.inf)
+    curves = {i: one.beside([float(rest.sigma[j]) for j in one.active(robot)]) for i, one in curves.items()}
+    parts = {(i, j): curves[i].of_joint(robot, curves[i].active(robot).index(j - 1)) for i, j in places}
     chosen = {place: float(rest.sigma[place[1] - 1]) for place in places}
     for _ in range(SWEEPS):
         before = dict(chosen)
         for place in places:
             tried = [factor * float(rest.sigma[place[1] - 1]) for factor in AMPLITUDES]
-            errors = [folds.error(_filled(given, places, {**chosen, place: s}), joints) for s in tried]
+            errors = [folds.error(_filled(given, places, parts, {**chosen, place: s}), joints) for s in tried]
             chosen[place] = tried[int(np.argmin(errors))]
         if chosen == before or len(places) == 1:
             break
     result = list(effects)
-    for i in curves:
-        amplitudes = tuple(chosen[i, j + 1] for j in effects[i].active(robot))
-        result[i] = replace(effects[i], amplitude=amplitudes)  # pyright: ignore[reportCallIssue]
+    for i, curve in curves.items():
+        result[i] = replace(curve, amplitude=tuple(chosen[i, j + 1] for j in curve.active(robot)))
     return tuple(result)
 
 
 def _filled(
-    given: Array, places: dict[tuple[int, int], NDArray[np.intp]], chosen: dict[tuple[int, int], float]
+    given: Array,
+    places: dict[tuple[int, int], NDArray[np.intp]],
+    parts: dict[tuple[int, int], LearnedCurve],
+    chosen: dict[tuple[int, int], float],
 ) -> Array:
     sizes = given.copy()
     for place, at in places.items():
-        sizes[at] = chosen[place]
+        sizes[at] = replace(parts[place], amplitude=(chosen[place],)).prior_sizes_of_one()
     return sizes
 
 
