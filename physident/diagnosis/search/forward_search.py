@@ -15,11 +15,11 @@ from physident.diagnosis.search.acceptance import (
     smaller_of_family,
 )
 from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
+from physident.diagnosis.search.common_scale import uneven_scales, with_share_of_most
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
-from physident.diagnosis.search.physical_signs import uneven_scales
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
@@ -62,6 +62,7 @@ def search_effects(
         progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
     tried: list[list[Key]] = []
+    sized: frozenset[Key] = frozenset()
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
@@ -73,7 +74,13 @@ def search_effects(
                 replaced + 1,
             )
             continue
-        if uneven := uneven_scales(last.hypothesis):
+        uneven = uneven_scales(last.hypothesis)
+        new = [one for one in uneven if one.candidate.key not in sized]
+        if new and (shared := with_share_of_most(last.hypothesis, new[0], problem.missing_default_effects)) is not None:
+            progress(f"{placed(new[0])}: at what most of its joints have in common")
+            accepted, sized = shared, sized | {new[0].candidate.key}
+            continue
+        if uneven:
             progress(f"removed {', '.join(map(placed, uneven))}: its joints differ by more than one scale lets them")
             accepted = tuple(a for a in last.hypothesis.accepted if a not in uneven)
             problem, searched = (_without(one, [a.candidate.key for a in uneven]) for one in (problem, searched))

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.effects.shared_scale import SharedScale
 
 Array = NDArray[np.float64]
 SPEEDS = 40  # of the grid on which a joint's friction must oppose its motion, up to the fastest that was recorded
@@ -44,19 +41,6 @@ def physical_contradiction(hypothesis: Hypothesis) -> str | None:
         if _negative(hypothesis, np.concatenate(rows).T, np.zeros(len(v)), SIGN_STANDARD_ERRORS):
             return f"friction of joint {j + 1} would drive it"
     return None
-
-
-def uneven_scales(hypothesis: Hypothesis) -> list[AcceptedEffect]:
-    """The accepted scales of all joints whose joints differ by more than their prior lets them, chi squared: no scale of all."""
-    model, robot, result = hypothesis.extension.model, hypothesis.problem.model.robot, []
-    for one, places in zip(hypothesis.accepted, hypothesis.extension.places, strict=True):
-        sizes = one.effect.prior_sizes(robot) if isinstance(one.effect, SharedScale) else None
-        if sizes is None:
-            continue
-        apart = float(np.sum((model.theta[places] / sizes)[1:] ** 2))
-        if apart > chi2.isf(norm.sf(SIGN_STANDARD_ERRORS), robot.n):
-            result.append(one)
-    return result
 
 
 def _negative(hypothesis: Hypothesis, rows: Array, offset: Array, doubt: float) -> bool:
