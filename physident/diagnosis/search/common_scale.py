@@ -7,7 +7,6 @@ own is found beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,24 +39,13 @@ def uneven_scales(hypothesis: Hypothesis) -> list[AcceptedEffect]:
     return result
 
 
-def with_share_of_most(
-    hypothesis: Hypothesis, scale: AcceptedEffect, kept: Sequence[AcceptedEffect]
-) -> tuple[AcceptedEffect, ...] | None:
-    """The accepted effects with an uneven scale at the share that most joints have in common; None where they have none.
-
-    The other joints are held at it. What was found on these, but for effects in ``kept``, was found beside a scale that took up
-    part of it, and is left out to be found anew.
-    """
+def at_share_of_most(hypothesis: Hypothesis, scale: AcceptedEffect) -> SharedScale | None:
+    """An uneven scale at the share that most joints have in common, the others held at it; None where they have none."""
     assert isinstance(scale.effect, SharedScale)
     share = _share_of_most(*_joint_by_joint(hypothesis, scale))
     if share is None:
         return None
-    sized = replace(scale.effect, uneven_percent=UNEVEN * abs(share.percent), held=share.others)
-    return tuple(
-        replace(one, effect=sized) if one is scale else one
-        for one in hypothesis.accepted
-        if any(one is k for k in kept) or not one.candidate.joints or not set(one.candidate.joints) <= set(share.others)
-    )
+    return replace(scale.effect, uneven_percent=UNEVEN * abs(share.percent), held=share.others)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +88,7 @@ def _share_of_most(shares: Array, covariance: Array) -> _Share | None:
 def _share_of(shares: Array, covariance: Array, joints: NDArray[np.intp]) -> _Share:
     """What some joints (from 0) have in common, where the share of each scatters about it by a third of it and by its own error."""
     own, noise = shares[joints], covariance[np.ix_(joints, joints)]
-    common = float(np.median(own))
+    common, weights = float(np.median(own)), np.zeros_like(noise)
     for _ in range(TIMES):
         weights = np.linalg.inv(noise + (UNEVEN * common) ** 2 * np.eye(len(own)))
         common = float(weights.sum(axis=0) @ own / weights.sum())

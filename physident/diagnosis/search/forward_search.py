@@ -15,7 +15,7 @@ from physident.diagnosis.search.acceptance import (
     smaller_of_family,
 )
 from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
-from physident.diagnosis.search.common_scale import uneven_scales, with_share_of_most
+from physident.diagnosis.search.common_scale import at_share_of_most, uneven_scales
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
@@ -76,8 +76,7 @@ def search_effects(
             continue
         uneven = uneven_scales(last.hypothesis)
         new = [one for one in uneven if one.candidate.key not in sized]
-        if new and (shared := with_share_of_most(last.hypothesis, new[0], problem.missing_default_effects)) is not None:
-            progress(f"{placed(new[0])}: at what most of its joints have in common")
+        if new and (shared := _with_share_of_most(last.hypothesis, new[0], first, progress)):
             accepted, sized = shared, sized | {new[0].candidate.key}
             continue
         if uneven:
@@ -171,6 +170,31 @@ def _add_while_better(
         if full:
             break
     return accepted, scores
+
+
+def _with_share_of_most(
+    hypothesis: Hypothesis, scale: AcceptedEffect, first: CandidateScores, progress: Callable[[str], None]
+) -> tuple[AcceptedEffect, ...]:
+    """The accepted effects with an uneven scale at the share that most joints have in common, and what the other joints have of their
+    own; empty where most have none in common.
+
+    What was found on these was found beside a scale that took up part of it, and is found anew, beside one that fits all joints alike.
+    """
+    sized = at_share_of_most(hypothesis, scale)
+    if sized is None:
+        return ()
+    progress(f"{placed(scale)}: sized by what most of its joints have in common")
+    problem, others = hypothesis.problem, set(sized.held)
+    even = replace(scale, effect=replace(sized, uneven_percent=None, held=()))
+    kept = tuple(
+        even if one is scale else one
+        for one in hypothesis.accepted
+        if not (one.candidate.joints and set(one.candidate.joints) <= others) or one in problem.missing_default_effects
+    )
+    if others:
+        elsewhere = [c.key for c in problem.candidates if not (c.joints and set(c.joints) <= others)]
+        kept, _ = _add_while_better(_without(problem, elsewhere), kept, first, progress)
+    return tuple(replace(one, effect=sized) if one is even else one for one in kept)
 
 
 def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
