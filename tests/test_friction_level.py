@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.search.common_scale import _share_of_most
+from physident.diagnosis.statistics.common_share import share_of_most
+from physident.effects.shared_scale import UNEVEN
 from physident.effects.thermal import FrictionLevel
 from physident.testing import check_effect
 from tests.plant import Arm, Sensors, hide, multisine, record
@@ -99,12 +100,14 @@ def test_a_fault_that_noise_hides_in_a_joint_s_share_does_not_undo_the_warmth(ur
 
 def test_most_joints_say_what_all_have_in_common() -> None:
     fall, exact = np.array([-3.7, -5.3, 9.0, -4.0, -5.0, -4.3]), 0.01 * np.eye(6)
-    share = _share_of_most(fall, exact)
+    share = share_of_most(fall, exact, UNEVEN, 3.0)
     assert share is not None
     assert share.others == (RUBBED,)
     assert share.percent == pytest.approx(-4.46, abs=0.05)
-    assert _share_of_most(np.array([15.0, 2.0, 10.0, -6.0, 2.0, 0.0]), exact) is None  # three are like no other
-    assert _share_of_most(np.array([0.1, -0.1, 0.1, 9.0, -0.1, 0.05]), exact) is None  # what most have may be nothing
+    apart = [15.0, 2.0, 10.0, -6.0, 2.0, 0.0]  # no four of which are alike
+    little = [0.1, -0.1, 0.1, 9.0, -0.1, 0.05]  # what most have may be nothing
+    for shares in (apart, little):
+        assert share_of_most(np.array(shares), exact, UNEVEN, 3.0) is None
 
 
 def test_the_friction_of_one_joint_is_not_taken_for_it(model: pid.Estimate, tmp_path: Path) -> None:

@@ -15,11 +15,11 @@ from physident.diagnosis.search.acceptance import (
     smaller_of_family,
 )
 from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
-from physident.diagnosis.search.common_scale import at_share_of_most, uneven_scales
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
+from physident.diagnosis.search.physical_signs import at_share_of_most, uneven_scales
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
