@@ -42,6 +42,7 @@ from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
+from physident.effects.shared_scale import SharedScale
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.recordings.load import Recordings
@@ -245,7 +246,10 @@ def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypo
     if not accepted:
         return last
     for i, one in enumerate(accepted):
-        if len(one.candidate.options) > 1 and len(accepted) > 1:
+        held = (
+            isinstance(one.effect, SharedScale) and one.effect.held
+        )  # beside what was found on the joints that it holds
+        if len(one.candidate.options) > 1 and len(accepted) > 1 and not held:
             rest = state_hypothesis(problem, [*accepted[:i], *accepted[i + 1 :]], last.model, last.data)
             accepted[i] = replace(one, effect=refine_shape(rest, one.candidate))
     return settled_hypothesis(problem, accepted, last)

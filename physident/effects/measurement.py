@@ -78,7 +78,7 @@ class TorqueScale(SharedScale):
     )
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return self.of_part(signals.from_model("motor").T)
+        return self.of_part(robot, signals.from_model("motor").T)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         assert signals.torque is not None

@@ -21,10 +21,12 @@ class SharedScale(Effect):
     """tau_j = (s + d_j / 100) p_j: a part p_j of the torque of joint j, which a subclass names, differs by a share s, without a
     unit, and by d_j per cent more on each joint; none falls below zero.
 
-    ``uneven_percent`` is the standard deviation that a prior gives d_j, which is zero where it is not given.
+    ``uneven_percent`` is the standard deviation that a prior gives d_j, which is zero where it is not given, and of the joints (from 1)
+    that are ``held`` at the arm's share.
     """
 
     uneven_percent: float | None = None
+    held: tuple[int, ...] = ()
 
     unit: ClassVar[str] = "1, %"
     scope: ClassVar[Scope] = Scope.WHOLE_ARM
@@ -37,31 +39,40 @@ class SharedScale(Effect):
                 f"{self.name}: uneven_percent is {self.uneven_percent}, expected per cent above 0, or none"
             )
 
+    def _uneven(self, robot: Robot) -> list[int]:
+        """The joints (from 0) that have a number of their own; raises InputError where one is held that the arm does not have."""
+        if not set(self.held) <= set(range(1, robot.n + 1)):
+            raise InputError(f"{self.name}: held is {self.held}, expected joints from 1 to {robot.n}")
+        return [j for j in range(robot.n) if self.uneven_percent and j + 1 not in self.held]
+
     def columns(self, robot: Robot) -> tuple[Column, ...]:
-        own = range(1, robot.n + 1) if self.uneven_percent else ()
         return (
             Column(self.name, "1", 1, self.name),
-            *(Column(f"{self.name}_percent_{j}", "%", j, self.name) for j in own),
+            *(Column(f"{self.name}_percent_{j + 1}", "%", j + 1, self.name) for j in self._uneven(robot)),
         )
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        own = [(j, 1 + j) for j in range(robot.n)] if self.uneven_percent else []
+        own = [(j, 1 + k) for k, j in enumerate(self._uneven(robot))]
         return np.concatenate([every_joint_pattern(robot.n, 1), np.array(own, dtype=np.intp).reshape(-1, 2)])
 
-    def of_part(self, part: Array) -> Array:
+    def of_part(self, robot: Robot, part: Array) -> Array:
         """Structural non-zeros (E, N) by the part (n, N) of each joint's torque that is scaled."""
-        return np.concatenate([part, part / 100]) if self.uneven_percent else part
+        return np.concatenate([part, part[self._uneven(robot)] / 100])
+
+    def percent(self, robot: Robot) -> Array:
+        """By how much each joint differs, in per cent, for one unit of each parameter (n, k)."""
+        return np.hstack([np.full((robot.n, 1), 100.0), np.eye(robot.n)[:, self._uneven(robot)]])
 
     def shares(self, robot: Robot, theta: Array) -> Array:
         """By what share (n,) each joint differs."""
-        return theta[0] + (theta[1:] / 100 if self.uneven_percent else np.zeros(robot.n))
+        return self.percent(robot) @ theta / 100
 
     def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
         """By how much each joint differs, in per cent."""
         if not self.uneven_percent:
             return (Column(self.name, "%", 1, self.name),), np.full((1, 1), 100.0)
         columns = tuple(Column(f"{self.name}_{j}", "%", j, self.name) for j in range(1, robot.n + 1))
-        return columns, np.hstack([np.full((robot.n, 1), 100.0), np.eye(robot.n)])
+        return columns, self.percent(robot)
 
     def once_sized(self, theta: Array) -> Effect:
         """With joints that differ by a third more or less than the arm: what scales one of them by far more is another effect."""
@@ -70,13 +81,12 @@ class SharedScale(Effect):
 
     def prior_sizes(self, robot: Robot) -> Array | None:
         # common to both units: a share of the arm that is as large as per cent of a joint is not held at all
-        return None if self.uneven_percent is None else np.full(1 + robot.n, self.uneven_percent)
+        return None if self.uneven_percent is None else np.full(len(self.columns(robot)), self.uneven_percent)
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         """No joint has less than none of it."""
-        common = np.ones((robot.n if self.uneven_percent else 1, 1))
-        own = np.eye(robot.n) / 100 if self.uneven_percent else np.zeros((1, 0))
-        return (Cone(np.hstack([common, own]), np.ones(len(common))),)
+        rows = self.percent(robot)[: robot.n if self.uneven_percent else 1] / 100
+        return (Cone(rows, np.ones(len(rows))),)
 
 
 def sized(shares: Array) -> tuple[str, str]:

@@ -137,7 +137,7 @@ class FrictionLevel(SharedScale):
     def _of(self, robot: Robot, sign: Array, v: Array) -> Array:
         """Structural non-zeros (E, N) by the sign and the velocity (n, N) of each joint."""
         coulomb, viscous = self._sizes(robot)
-        return self.of_part(coulomb[:, None] * sign + viscous[:, None] * v)
+        return self.of_part(robot, coulomb[:, None] * sign + viscous[:, None] * v)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return self._of(robot, self._dry.values(robot, signals), signals.v.T)

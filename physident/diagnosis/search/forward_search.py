@@ -19,7 +19,7 @@ from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
-from physident.diagnosis.search.physical_signs import uneven_scales
+from physident.diagnosis.search.physical_signs import at_share_of_most, uneven_scales
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
@@ -62,6 +62,7 @@ def search_effects(
         progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
     tried: list[list[Key]] = []
+    sized: frozenset[Key] = frozenset()
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
@@ -73,7 +74,12 @@ def search_effects(
                 replaced + 1,
             )
             continue
-        if uneven := uneven_scales(last.hypothesis):
+        uneven = uneven_scales(last.hypothesis)
+        new = [one for one in uneven if one.candidate.key not in sized]
+        if new and (shared := _with_share_of_most(last.hypothesis, new[0], first, progress)):
+            accepted, sized = shared, sized | {new[0].candidate.key}
+            continue
+        if uneven:
             progress(f"removed {', '.join(map(placed, uneven))}: its joints differ by more than one scale lets them")
             accepted = tuple(a for a in last.hypothesis.accepted if a not in uneven)
             problem, searched = (_without(one, [a.candidate.key for a in uneven]) for one in (problem, searched))
@@ -164,6 +170,31 @@ def _add_while_better(
         if full:
             break
     return accepted, scores
+
+
+def _with_share_of_most(
+    hypothesis: Hypothesis, scale: AcceptedEffect, first: CandidateScores, progress: Callable[[str], None]
+) -> tuple[AcceptedEffect, ...]:
+    """The accepted effects with an uneven scale at the share that most joints have in common, and what the other joints have of their
+    own; empty where most have none in common.
+
+    What was found on these was found beside a scale that took up part of it, and is found anew, beside one that fits all joints alike.
+    """
+    sized = at_share_of_most(hypothesis, scale)
+    if sized is None:
+        return ()
+    progress(f"{placed(scale)}: sized by what most of its joints have in common")
+    problem, others = hypothesis.problem, set(sized.held)
+    even = replace(scale, effect=replace(sized, uneven_percent=None, held=()))
+    kept = tuple(
+        even if one is scale else one
+        for one in hypothesis.accepted
+        if not (one.candidate.joints and set(one.candidate.joints) <= others) or one in problem.missing_default_effects
+    )
+    if others:
+        elsewhere = [c.key for c in problem.candidates if not (c.joints and set(c.joints) <= others)]
+        kept, _ = _add_while_better(_without(problem, elsewhere), kept, first, progress)
+    return tuple(replace(one, effect=sized) if one is even else one for one in kept)
 
 
 def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
-from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.effects.shared_scale import SharedScale
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.statistics.common_share import limit_of, share_of_most
+from physident.effects.shared_scale import UNEVEN, SharedScale
 
 Array = NDArray[np.float64]
 SPEEDS = 40  # of the grid on which a joint's friction must oppose its motion, up to the fastest that was recorded
 SIGN_STANDARD_ERRORS = (
     3.0  # standard errors beyond the sign: what noise alone does once in 700 times is no contradiction
 )
+FREE = 1000.0  # per cent: a prior that holds no joint's share
 
 
 def physical_contradiction(hypothesis: Hypothesis) -> str | None:
@@ -47,16 +50,37 @@ def physical_contradiction(hypothesis: Hypothesis) -> str | None:
 
 
 def uneven_scales(hypothesis: Hypothesis) -> list[AcceptedEffect]:
-    """The accepted scales of all joints whose joints differ by more than their prior lets them, chi squared: no scale of all."""
+    """The accepted scales of all joints whose joints differ by more than their prior lets them, chi squared, or that hold a joint on which
+    nothing was found: no scale of all."""
     model, robot, result = hypothesis.extension.model, hypothesis.problem.model.robot, []
+    found = {joint for one in hypothesis.accepted for joint in one.candidate.joints}
     for one, places in zip(hypothesis.accepted, hypothesis.extension.places, strict=True):
-        sizes = one.effect.prior_sizes(robot) if isinstance(one.effect, SharedScale) else None
-        if sizes is None:
+        if not isinstance(one.effect, SharedScale) or (sizes := one.effect.prior_sizes(robot)) is None:
             continue
-        apart = float(np.sum((model.theta[places] / sizes)[1:] ** 2))
-        if apart > chi2.isf(norm.sf(SIGN_STANDARD_ERRORS), robot.n):
+        apart = (model.theta[places] / sizes)[1:]
+        if not set(one.effect.held) <= found or apart @ apart > limit_of(len(apart), SIGN_STANDARD_ERRORS):
             result.append(one)
     return result
+
+
+def at_share_of_most(hypothesis: Hypothesis, scale: AcceptedEffect) -> SharedScale | None:
+    """An uneven scale at the share that most joints have in common, the others held at it; None where they have none.
+
+    A joint with a fault of its own takes part of it up as its share of a scale: the scale then seems to have nothing in common, and the
+    fault less to explain than it does.
+    """
+    assert isinstance(scale.effect, SharedScale)
+    free, robot = replace(scale.effect, uneven_percent=FREE, held=()), hypothesis.problem.model.robot
+    accepted = list(hypothesis.accepted)
+    at = accepted.index(scale)
+    accepted[at] = replace(scale, effect=free)
+    fitted = state_hypothesis(hypothesis.problem, accepted, hypothesis.model, hypothesis.data)
+    places, percent = fitted.extension.places[at], free.percent(robot)
+    covariance = percent @ fitted.covariance[np.ix_(places, places)] @ percent.T
+    share = share_of_most(percent @ fitted.extension.model.theta[places], covariance, UNEVEN, SIGN_STANDARD_ERRORS)
+    if share is None:
+        return None
+    return replace(scale.effect, uneven_percent=UNEVEN * abs(share.percent), held=share.others)
 
 
 def _negative(hypothesis: Hypothesis, rows: Array, offset: Array, doubt: float) -> bool:
