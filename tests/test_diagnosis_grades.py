@@ -30,7 +30,7 @@ def level(rms: np.ndarray) -> ExpectedError:
 def hypothesis() -> Any:
     """Two joints of equal noise, whose rows all count in full."""
     full = np.ones((100, 2))
-    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0))
+    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0), all_compared=False)
     return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem, accepted=()))
 
 
@@ -94,12 +94,30 @@ def test_what_a_comparison_proves_must_still_be_noticed_beside_the_models_usual_
 
 
 def test_a_finding_is_judged_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first joint's noise is twelve times that of the second: what only the second feels is a cause there, and not where the first
-    counts as well."""
-    one, expected = finding(1.0, 0.5), np.array([6.0, 0.5])
-    assert graded(hypothesis(), [one], level(expected))[0].grade == "contribution"
-    monkeypatch.setattr(grades, "where_it_shows", lambda *_: np.array([0.0, 1.0]))
-    assert graded(hypothesis(), [one], level(expected))[0].grade == "cause"
+    """The first joint's residual is structure, the second's noise: what only the second feels is a cause, and what only the first feels
+    is none."""
+    one, expected = finding(1.0, 0.8), level(np.array([0.1, 0.8]))
+    for where, told in (([0.0, 1.0], "cause"), ([1.0, 0.0], "contribution")):
+        monkeypatch.setattr(grades, "where_it_shows", lambda *_, where=where: np.array(where))
+        assert graded(hypothesis(), [one], expected)[0].grade == told
+
+
+def test_what_is_noticed_on_one_joint_is_a_cause_though_others_hardly_feel_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the first joint, which usually errs by 6 N m, it is nothing, and beside the second's 0.5 N m most of it."""
+    small = np.full(2, 0.01)
+    expected = ExpectedError(right=small, usual=np.array([6.0, 0.5]))
+    for where, told in (([0.5, 0.5], "cause"), ([1.0, 0.0], "contribution")):
+        monkeypatch.setattr(grades, "where_it_shows", lambda *_, where=where: np.array(where))
+        assert graded(hypothesis(), [finding(0.5, 0.01)], expected)[0].grade == told
+
+
+def test_along_the_same_motions_a_cause_takes_twice_what_it_leaves() -> None:
+    """Nothing but the change is left there, so a law that leaves a part of it has not its shape."""
+    of, exact = hypothesis(), level(np.full(2, 1e-3))
+    of.problem.all_compared = True
+    less, more = finding(1.0, 0.36**0.5), finding(1.0, 0.3**0.5)  # of 1, 0.64 and 0.7 are taken
+    assert [graded(of, [one], exact)[0].grade for one in (less, more)] == ["contribution", "cause"]
+    assert grade(less) == "cause"  # of another motion: the model's own errors stay
 
 
 def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:

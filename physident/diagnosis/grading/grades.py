@@ -18,8 +18,9 @@ from physident.estimation.estimate import Estimate
 from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
-NOTICED = 0.05  # of the power of what even a right model leaves: below, the RMS error falls by less than 2.5 %
+NOTICED = 0.05  # of the power of what the model errs by on a joint: below on all of them, no RMS error falls by more than 2.5 %
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
+SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
 
 
@@ -87,11 +88,9 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, controlled: bool) -> Finding:
-    weights = (
-        np.ones(len(expected.right)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
-    )
-    weights = weights / hypothesis.fit.sigma**2
-    problem = hypothesis.problem
+    problem, sigma = hypothesis.problem, hypothesis.fit.sigma
+    where = np.ones(len(sigma)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
+    weights = where / sigma**2
     counted = (
         problem.regressor.counted
     )  # errors are those of rows weighted by what their rests leave open, so the noise is too
@@ -101,6 +100,9 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     )
     whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)
     share = noticed = _Share.of(*_while_it_lasts(hypothesis, finding), right) if finding.intervals else whole
+    shown = (
+        noticed.takes / usual if finding.intervals else _shown(whole.takes, where, sigma, trusted * expected.usual**2)
+    )
     if (
         finding.intervals and not share.takes > share.leaves
     ):  # a moment that other errors spoil can still explain the whole
@@ -110,13 +112,21 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = (holds_old and not controlled) or _beyond_bounds(finding)
     least = NOTICED_WHILE if finding.intervals else NOTICED
-    is_cause = share.takes > share.leaves and noticed.takes > least * usual and not vague
+    enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
+    is_cause = share.takes > enough * share.leaves and shown > least and not vague
     doubts = finding.doubts or (() if share.takes > 0 else (NEEDLESS,))
     grade: Grade = "hint" if doubts else "cause" if is_cause else "contribution"
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(
         finding, grade=grade, doubts=doubts, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves
     )
+
+
+def _shown(takes: float, where: Array, sigma: Array, usual: Array) -> float:
+    """The largest share that a finding takes of the ``usual`` (n,) mean square of a joint, where it ``takes`` one of all joints, pooled as
+    it shows ``where`` (n,) in units of the noise ``sigma`` (n,): a load that only the wrist feels is noticed there."""
+    own = takes * where * sigma**2 * np.sum(where / sigma**2) / max(float(np.sum(where**2)), 1e-300)
+    return float(np.max(own / usual))
 
 
 def _beyond_bounds(finding: Finding) -> bool:
