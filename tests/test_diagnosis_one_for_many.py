@@ -96,8 +96,31 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     else:
         pytest.fail(sentence)
     assert "what is missing" in sentence
-    assert sentence.endswith("the best single cause is payload.")
+    assert sentence.endswith("the best single cause is payload, which alone the extended model carries.")
     assert "what is missing" not in wrong_baseline_sentence("missing", (1,), answer[:1])
+
+
+def test_a_model_is_not_extended_by_a_patchwork(
+    ur5: pid.Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where more than a handful was found, one here, it carries the best single cause, and its errors are those of this model."""
+    arm, runs = hide(hide(exact_arm(), "torque_ripple", 2, 6.0), "presliding_hysteresis", 3, 900.0), []
+    for seed in (41, 42):
+        path = tmp_path / f"{seed}.csv"
+        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(path)
+        runs.append(pid.load_recording(path))
+    estimate = pid.identify(ur5, runs)
+    plain = pid.diagnose_motion(estimate, runs)
+    monkeypatch.setattr(forward_search, "HANDFUL", 1)
+    stopped = pid.diagnose_motion(estimate, runs)
+    (cause,) = stopped.causes
+    assert len(stopped.findings) > 1
+    assert stopped.extended is not None
+    assert {e.name for e in stopped.extended.effects} - {e.name for e in estimate.model.effects} == {cause.effect}
+    others = [j for j in range(6) if j + 1 not in cause.joints]
+    assert (stopped.after.rms[others] > 0.99 * stopped.before.rms[others]).all()
+    assert (plain.after.rms < 0.9 * plain.before.rms).any()
+    assert "alone the extended model carries" in " ".join(str(stopped).split())
 
 
 def test_changes_that_a_control_set_apart_are_no_patchwork() -> None:

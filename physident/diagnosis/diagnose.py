@@ -122,7 +122,7 @@ class _Searched:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Judged:
-    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints, its values' ``errors``, its model
+    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints and patches, its values' ``errors``, its model
     ``refitted`` where that was needed, and the rest."""
 
     findings: tuple[Finding, ...]
@@ -166,8 +166,9 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
-    sure, errors = without(hypothesis, [f for f in (*findings, *old) if f.grade == "hint"]), uncertainty
-    if len(sure.accepted) < len(hypothesis.accepted):  # what a hint explained is open
+    unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patchwork and f.grade != "cause")]
+    sure, errors = without(hypothesis, unsure), uncertainty
+    if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
         unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:
             errors = uncertainty_of(sure)

@@ -62,7 +62,7 @@ def wrong_baseline_sentence(
         "nominal": "first identify the model from recordings",
     }[question]
     best = (
-        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}, which alone the extended model carries"
         if causes
         else "no single cause stands out"
     )
