@@ -6,7 +6,7 @@ halves that share no block.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
 from physident.diagnosis.rivals.rivals import RivalCheck
+from physident.diagnosis.search.acceptance import holds_against_leaks
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.stability.half_search import search_half
@@ -48,10 +49,9 @@ def stability_of(
     ]
     if not checks:
         return result
-    shares = zip(first.hypothesis.data.candidates, first.visible_share, strict=True)
     known = {c.key for c in first.hypothesis.data.candidates}
     later = {c.key for c in hypothesis.data.candidates if c.key not in known}  # what the search tried at its end alone
-    stored = store_products(hypothesis, later | {c.key for c, share in shares if share >= VISIBLE})
+    stored = store_products(hypothesis, later | searched_in_halves(first, result))
     if stored.units < FEWEST_UNITS:
         return result
     rng = np.random.default_rng([hypothesis.problem.seed, 43])
@@ -65,6 +65,19 @@ def stability_of(
         key = check.accepted.candidate.key
         same = {key, stands_for.get(key, key), *(other.key for other in (*check.rivals, *check.same, *check.larger))}
         result[key] = sum(bool(same & keys) for keys in found) / len(found)
+    return result
+
+
+def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Key]:
+    """What the ``first`` scores could see, without what the whole search refused there as torque that leaks between channels, unless it was
+    ``found`` in the end: a half is too short to tell, and would take it for the leaks of what was found."""
+    result = set()
+    for index, candidate in enumerate(first.hypothesis.data.candidates):
+        if first.visible_share[index] < VISIBLE:
+            continue
+        told = candidate.key not in found and not candidate.placebo and first.beats_chance(index)
+        if not told or holds_against_leaks(first.hypothesis, candidate):
+            result.add(candidate.key)
     return result
 
 
