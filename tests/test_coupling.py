@@ -81,7 +81,7 @@ def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
     for name, arm in (("before", dry()), ("after", hide(dry(), "coulomb_friction", PAIR[0], 1.5))):
         for seed in SEEDS:
             record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(tmp_path / f"{name}{seed}.csv")
-            runs.append(pid.load_recording(tmp_path / f"{name}{seed}.csv"))
+            runs.append(leaking(pid.load_recording(tmp_path / f"{name}{seed}.csv")))
     estimate = pid.identify(ur5, runs[:2])
     problem = state_problem("different", estimate, prepare_all(ur5, runs[2:], estimate.filter), estimate.filter, 0)
     first, pair = score_candidates(settled_hypothesis(problem, ())), ("coupled_friction", PAIR)

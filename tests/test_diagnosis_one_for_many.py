@@ -96,7 +96,7 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     else:
         pytest.fail(sentence)
     assert "what is missing" in sentence
-    assert sentence.endswith("the best single cause is payload, which alone the extended model carries.")
+    assert sentence.endswith("the best single cause is payload.")
     assert "what is missing" not in wrong_baseline_sentence("missing", (1,), answer[:1])
 
 
@@ -121,6 +121,14 @@ def test_a_model_is_not_extended_by_a_patchwork(
     assert (stopped.after.rms[others] > 0.99 * stopped.before.rms[others]).all()
     assert (plain.after.rms < 0.9 * plain.before.rms).any()
     assert "alone the extended model carries" in " ".join(str(stopped).split())
+    held = tmp_path / "held.csv"
+    record(arm, multisine(43), Sensors(), 43, step=2e-3).write_csv(held)
+    confirmed = pid.diagnose_motion(estimate, runs, pid.load_recording(held))
+    assert confirmed.extended is not None
+    carried = {e.name for e in confirmed.extended.effects}
+    assert {f.effect for f in confirmed.findings if f.grade != "hint"} <= carried
+    assert len(carried - {e.name for e in estimate.model.effects}) > 1
+    assert "alone" not in str(confirmed)
 
 
 def test_changes_that_a_control_set_apart_are_no_patchwork() -> None:

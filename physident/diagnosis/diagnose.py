@@ -18,6 +18,7 @@ from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.learned.search_and_learn import search_and_learn
+from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
@@ -166,7 +167,9 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
-    unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patchwork and f.grade != "cause")]
+    unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
+    patches = patchwork and not unseen_too  # they fit what was recorded
+    unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patches and f.grade != "cause")]
     sure, errors = without(hypothesis, unsure), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
         unexplained, refitted = describe_unexplained(sure), None

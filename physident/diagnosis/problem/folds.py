@@ -31,6 +31,11 @@ def split_into_folds(
     return _by_blocks(regressor, memory, seed)
 
 
+def leaves_out_recordings(fold: NDArray[np.intp], recording: NDArray[np.intp]) -> bool:
+    """Whether recordings (M,) are left out as a whole in the fold (M,) of each row, so that what holds there holds on unseen ones."""
+    return all(len(np.unique(fold[recording == one])) == 1 for one in np.unique(recording)) and len(np.unique(fold)) > 1
+
+
 def _by_blocks(regressor: Regressor, memory: float, seed: int) -> NDArray[np.intp]:
     """Blocks of ten memories with a gap of one between, dealt to the folds in turns whose order is drawn.
 

@@ -94,6 +94,15 @@ class DiagnosisRecord:
         return tuple(f for f in self.findings if f.grade == "cause")
 
     @property
+    def cause_alone(self) -> bool:
+        """Whether the extended model carries causes, and none of the contributions beside them."""
+        if self.extended is None:
+            return False
+        carried = {effect.name for effect in self.extended.effects} - {effect.name for effect in self.model.effects}
+        lesser = {f.effect for f in self.findings if f.grade == "contribution"} - {f.effect for f in self.causes}
+        return bool(lesser) and not carried & lesser
+
+    @property
     def structured(self) -> tuple[Unexplained, ...]:
         """The joints whose residual is more than noise, by the one rule of ``unexplained.above_noise_floor``."""
         return above_noise_floor(self.unexplained, self.noise_floor)

@@ -37,7 +37,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     if d.wrong_baseline:
-        rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes, d.controlled)]
+        rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes, d.controlled, d.cause_alone)]
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]

@@ -50,10 +50,14 @@ def cause(effect: str, joints: Sequence[int]) -> str:
 
 
 def wrong_baseline_sentence(
-    question: Question, joints: Sequence[int], causes: Sequence[Finding], controlled: bool | None = None
+    question: Question,
+    joints: Sequence[int],
+    causes: Sequence[Finding],
+    controlled: bool | None = None,
+    alone: bool = False,
 ) -> str:
     """What to do where a search was stopped because it found more than a handful; a ``controlled`` one has asked already what the
-    model lacked before."""
+    model lacked before. The extended model may carry the cause ``alone``."""
     first = {
         "different": "identify the model again from these recordings, and ask what is missing from it"
         if controlled
@@ -62,7 +66,8 @@ def wrong_baseline_sentence(
         "nominal": "first identify the model from recordings",
     }[question]
     best = (
-        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}, which alone the extended model carries"
+        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        + (", which alone the extended model carries, because no unseen recording confirms the others" if alone else "")
         if causes
         else "no single cause stands out"
     )

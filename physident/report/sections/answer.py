@@ -93,7 +93,7 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
             " Do not trust this diagnosis."
         )
     if c.wrong_baseline:
-        warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled))
+        warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
     if c.incomplete and c.findings:
         warnings.append(INCOMPLETE_MODEL)
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
