@@ -168,7 +168,8 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
     unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
-    patches = patchwork and not unseen_too  # they fit what was recorded
+    # of a model that was fitted to them, they fit what was recorded; a description lacks most of an arm
+    patches = patchwork and problem.question == "missing" and not unseen_too
     unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patches and f.grade != "cause")]
     sure, errors = without(hypothesis, unsure), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
