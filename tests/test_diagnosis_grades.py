@@ -14,9 +14,12 @@ import physident as pid
 from physident.diagnosis.grading import grades
 from physident.diagnosis.grading import members as member_effects
 from physident.diagnosis.grading.grades import ExpectedError, graded
+from physident.diagnosis.grading.holdout import errs_more_where
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
-from physident.diagnosis.search.forward_search import HANDFUL
+from physident.diagnosis.search.forward_search import HANDFUL, settled_hypothesis
 from physident.effects.contact import Contact
+from tests.opened import opened
 from tests.plant import Arm
 
 NOISE = np.full(2, 0.5)  # N m, that even a right model leaves
@@ -220,3 +223,23 @@ def test_what_unseen_recordings_refute_is_no_cause_and_is_not_carried(
     assert {f.grade for f in refuted.findings} == {"hint"}
     assert "not confirmed on unseen data" in refuted.findings[0].doubts
     assert refuted.extended is None
+
+
+def test_the_model_that_is_handed_on_is_judged_where_its_findings_act(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate
+) -> None:
+    """A second fit that settles joint 3 worse refutes what acts there, and nothing else; one that settles it better refutes nothing."""
+    v = healthy_runs[2].dq
+    assert v is not None
+    state = opened(ur5, healthy_runs[:3], 2.0 * np.sign(v) * np.isin(np.arange(6), (1, 2)))
+    keys = [("coulomb_friction", (joint,)) for joint in (2, 3)]
+    found = {c.key: c for c in state.data.candidates}
+    effects = [found[key].options[0].effect for key in keys]
+    accepted = [AcceptedEffect(found[k], e) for k, e in zip(keys, effects, strict=True) if e is not None]
+    both = settled_hypothesis(state.problem, accepted)
+    theta = both.problem.model.theta
+    at = [c.name for c in both.problem.model.columns].index("viscous_friction_3")
+    spoilt = pid.Model(ur5, both.problem.model.effects, theta + 50.0 * (np.arange(len(theta)) == at))
+    held = healthy_runs[3:4]
+    assert errs_more_where(both, [[0], [1], []], held, None, spoilt) == [False, True, False]
+    assert errs_more_where(both, [[0], [1], []], held, None, both.problem.model) == [False, False, False]

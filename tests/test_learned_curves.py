@@ -130,6 +130,12 @@ def test_the_curve_that_the_arm_has_is_found(method: str, ur5: pid.Robot, runs: 
     np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), rtol=0.35)
 
 
+def test_a_model_may_be_curves_alone(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
+    """Most of what a shoulder carries is its weight, which a curve over its position takes."""
+    estimate = pid.identify(ur5, runs[:2], [LearnedPosition()])
+    assert estimate.sigma[1] < 0.3 * np.sqrt(np.mean([np.mean(run.effort[:, 1] ** 2) for run in runs[:2]]))
+
+
 def test_a_curve_that_the_arm_does_not_have_stays_small(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
     estimate = pid.identify(ur5, runs[:2], [*pid.Model.nominal(ur5).effects, LearnedPosition((5,))])
     effect, values = estimate.model.effect_parameters()[-1]

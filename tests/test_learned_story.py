@@ -102,7 +102,8 @@ def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.R
         runs.append(replace(run, effort=effort))
     found = pid.diagnose_motion(pid.identify(ur5, runs), runs)
     assert [(cause.effect, cause.joints) for cause in found.causes] == [("learned_position", (joint,))]
-    assert "but for a constant" in found.causes[0].in_words
+    assert "from its mean there" in found.causes[0].in_words
     (largest,) = found.causes[0].parameters
+    assert largest.name == "largest_from_mean"
     assert largest.std < 0.1 * abs(largest.value)  # of its shape
     assert found.verdict == "explained"

@@ -42,16 +42,16 @@ def held_to_unseen(
         return tuple(findings)
     groups = [[] if finding.intervals else members(hypothesis, finding) for finding in findings]
     worse = made_worse(hypothesis, groups, holdout, drive_gains, control)
-    after = (
-        _lost_by_refit(hypothesis, groups, holdout, drive_gains, refitted.model) if refitted else [False] * len(groups)
-    )
+    if refitted:
+        lost = errs_more_where(hypothesis, groups, holdout, drive_gains, refitted.model)
+        worse = [either or other for either, other in zip(worse, lost, strict=True)]
     return tuple(
-        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad or lost else finding
-        for finding, bad, lost in zip(findings, worse, after, strict=True)
+        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad else finding
+        for finding, bad in zip(findings, worse, strict=True)
     )
 
 
-def _lost_by_refit(
+def errs_more_where(
     hypothesis: Hypothesis,
     groups: Sequence[Sequence[int]],
     holdout: Sequence[Recording],
@@ -60,17 +60,23 @@ def _lost_by_refit(
 ) -> list[bool]:
     """Whether a refitted model errs by more than the problem's model on the joints of each group: what fitted rows leave open
     between an effect and gravity, two fits settle differently, and only one of them is handed on."""
+    signals = _prepared(hypothesis, holdout, drive_gains)
+    before, after = (_errors(hypothesis, model, signals) for model in (hypothesis.problem.model, refitted))
+    where = [_joints(hypothesis, group) if group else [] for group in groups]
+    return [bool(after[joints].sum() > before[joints].sum()) for joints in where]
+
+
+def _prepared(
+    hypothesis: Hypothesis, holdout: Sequence[Recording], drive_gains: tuple[float, ...] | None
+) -> list[Signals]:
     problem = hypothesis.problem
     with_torque = [recording.with_default_drive_gains(drive_gains) for recording in holdout]
-    signals = prepare_all(problem.model.robot, with_torque, problem.filter)
-    before, after = (
-        (predictions_of(model, signals, problem.filter).rms / hypothesis.fit.sigma) ** 2
-        for model in (problem.model, refitted)
-    )
-    return [
-        bool(group) and bool(after[_joints(hypothesis, group)].sum() > before[_joints(hypothesis, group)].sum())
-        for group in groups
-    ]
+    return prepare_all(problem.model.robot, with_torque, problem.filter)
+
+
+def _errors(hypothesis: Hypothesis, model: Model, signals: Sequence[Signals]) -> Array:
+    """Mean squared error (n,) of a model on some signals, in units of the noise."""
+    return (predictions_of(model, signals, hypothesis.problem.filter).rms / hypothesis.fit.sigma) ** 2
 
 
 def _joints(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:
@@ -87,15 +93,8 @@ def made_worse(
     control: Sequence[Signals] = (),
 ) -> list[bool]:
     """Whether the holdout's error on its joints is larger with each group of accepted effects (their indices) than without it."""
-    problem = hypothesis.problem
-    with_torque = [recording.with_default_drive_gains(drive_gains) for recording in holdout]
-    beside = compare_with_control(problem.model, prepare_all(problem.model.robot, with_torque, problem.filter), control)
-
-    def errors(model: Model, compared: bool) -> Array:
-        """Mean squared error (n,) of a model on the holdout, or on what of it is compared, in units of the noise."""
-        chosen = [one for k, one in enumerate(beside.signals) if k in beside.compared or not compared]
-        return (predictions_of(model, chosen, problem.filter).rms / hypothesis.fit.sigma) ** 2
-
+    signals = _prepared(hypothesis, holdout, drive_gains)
+    beside = compare_with_control(hypothesis.problem.model, signals, control)
     result = []
     for group in groups:
         compared = any(is_shown_by_comparison(hypothesis, i) for i in group)
@@ -104,6 +103,7 @@ def made_worse(
             continue
         joints = _joints(hypothesis, group)
         models = (one.extension.model for one in (hypothesis, without_effects(hypothesis, group)))
-        whole, other = (errors(model, compared) for model in models)
+        judged = [one for k, one in enumerate(beside.signals) if k in beside.compared or not compared]
+        whole, other = (_errors(hypothesis, model, judged) for model in models)
         result.append(bool(np.sum(whole[joints]) > np.sum(other[joints])))
     return result

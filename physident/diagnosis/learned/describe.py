@@ -45,7 +45,7 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     top = int(np.argmax(sure if sure.max() > 0 else np.abs(torque)))
     value, half = float(torque[top]), uncertainty.half * float(std[top])
     return ParameterValue(
-        name="largest",
+        name="largest_from_mean" if _open_mean(hypothesis, accepted, accepted.effect).any() else "largest",
         joint=accepted.candidate.joints[0],
         value=value,
         change=value,
@@ -55,55 +55,50 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     )
 
 
-def level_is_open(hypothesis: Hypothesis, accepted: AcceptedEffect) -> bool:
-    """Whether the mean of a curve where rows are is known worse than its shape is large: an offset, gravity or dry friction takes any of
-    it."""
-    effect = accepted.effect
-    if not isinstance(effect, LearnedCurve) or not effect.has_mean:
-        return False
-    mean = _mean_shape(hypothesis, accepted, effect)
-    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
-    left = mean @ hypothesis.covariance[np.ix_(places, places)] @ mean
-    x = _visited(hypothesis, accepted, effect)
-    shape = (effect.shapes_at(hypothesis.problem.model.robot, x) - mean) @ _theta(hypothesis, accepted)
-    return bool(OPEN * np.sqrt(max(float(left), 0.0)) > np.abs(shape).max())
-
-
 def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> str:
     """Where a curve is largest of the places where recordings have been, and between which of them it is at least half of that."""
-    robot, x = hypothesis.problem.model.robot, _visited(hypothesis, accepted, effect)
-    Phi, theta = _shown(hypothesis, accepted, effect, effect.shapes_at(robot, x)), _theta(hypothesis, accepted)
-    words = effect.points_in_words(robot, 0, x, Phi @ theta)
-    open_level = level_is_open(hypothesis, accepted)
-    return f"{words}, but for a constant, which another parameter of the model holds" if open_level else words
+    robot, x, mean = (
+        hypothesis.problem.model.robot,
+        _visited(hypothesis, accepted, effect),
+        _open_mean(hypothesis, accepted, effect),
+    )
+    torque = (effect.shapes_at(robot, x) - mean) @ _theta(hypothesis, accepted)
+    words = effect.points_in_words(robot, 0, x, torque)
+    return (
+        f"{words}, from its mean there, of which another parameter of the model may hold any part"
+        if mean.any()
+        else words
+    )
 
 
 def _with_error(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array]:
-    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): those of its shape, where its level is
-    open."""
-    places = hypothesis.extension.places[hypothesis.accepted.index(accepted)]
-    theta = _theta(hypothesis, accepted)
+    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): from its mean, where that is open."""
+    places, theta = _places(hypothesis, accepted), _theta(hypothesis, accepted)
     x, _, Phi = effect.curve(hypothesis.problem.model.robot, theta)
     covariance = uncertainty.covariance[np.ix_(places, places)]
-    Phi = _shown(hypothesis, accepted, effect, Phi)
+    Phi = Phi - _open_mean(hypothesis, accepted, effect)
     return x, Phi @ theta, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
 
 
+def _open_mean(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:
+    """The mean (modes,) of a curve's modes over where recordings have been, if what it is there is known worse than the curve's shape is
+    large: an offset, gravity or dry friction takes any of it. Zeros otherwise."""
+    Phi = effect.shapes_at(hypothesis.problem.model.robot, _visited(hypothesis, accepted, effect))
+    mean, places = Phi.mean(axis=0), _places(hypothesis, accepted)
+    error = np.sqrt(max(float(mean @ hypothesis.covariance[np.ix_(places, places)] @ mean), 0.0))
+    is_open = effect.has_mean and OPEN * error > np.abs((Phi - mean) @ _theta(hypothesis, accepted)).max()
+    return mean if is_open else np.zeros_like(mean)
+
+
+def _places(hypothesis: Hypothesis, accepted: AcceptedEffect) -> NDArray[np.intp]:
+    """Where the numbers of an accepted effect stand in the extended model's theta."""
+    return hypothesis.extension.places[hypothesis.accepted.index(accepted)]
+
+
 def _theta(hypothesis: Hypothesis, accepted: AcceptedEffect) -> Array:
-    return hypothesis.extension.model.theta[hypothesis.extension.places[hypothesis.accepted.index(accepted)]]
-
-
-def _shown(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, Phi: Array) -> Array:
-    """The modes (S, modes) of what recordings show of a curve: less their mean, where they leave its level open."""
-    return Phi - _mean_shape(hypothesis, accepted, effect) if level_is_open(hypothesis, accepted) else Phi
-
-
-def _mean_shape(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:
-    """The mean (modes,) of a curve's modes over where recordings have been."""
-    robot = hypothesis.problem.model.robot
-    return effect.shapes_at(robot, _visited(hypothesis, accepted, effect)).mean(axis=0)
+    return hypothesis.extension.model.theta[_places(hypothesis, accepted)]
 
 
 def _visited(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:

@@ -127,7 +127,7 @@ class _Folds:
             residual = regressor.torque
             sigma = np.sqrt((residual**2).mean(axis=0))
             for _ in range(ROUNDS):
-                A = (Y / sigma[:, None]).reshape(-1, len(columns))
+                A = (Y / sigma[:, None]).reshape(regressor.torque.size, len(columns))
                 x = np.linalg.lstsq(A, (regressor.torque / sigma).ravel(), rcond=1e-9)[0]
                 residual = regressor.torque - Y @ x
                 sigma = np.maximum(np.sqrt((residual**2).mean(axis=0)), 1e-12)
