@@ -15,6 +15,7 @@ import physident as pid
 from physident.diagnosis.grading.control import control_recordings
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.sureness import as_sure_as
+from physident.diagnosis.result.saved import read_diagnosis
 from physident.estimation.identify import prepare_all
 from tests.bags import write_bag
 from tests.plant import Arm, Contact, Sensors, hide, multisine, record
@@ -266,3 +267,25 @@ def test_recordings_with_gaps_are_compared_with_none(model: pid.Estimate, again:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert compare_with_control(model.model, [whole], []).partner == (None,)
+
+
+def test_a_model_that_errs_more_than_before_is_not_handed_on(ur5: pid.Robot, folder: Path) -> None:
+    """Recordings with a load are given as those from before, to a model of the arm without one: the change is a hint, and no model."""
+    loaded = hide(Arm(), "payload", (), 3.0)
+    runs = [taken(folder, f"light{seed}", Arm(), seed, seed) for seed in MOTIONS]
+    before = [taken(folder, f"heavy{seed}", loaded, seed, 700 + seed) for seed in MOTIONS[:2]]
+    light = [taken(folder, f"light_again{seed}", Arm(), seed, 800 + seed) for seed in MOTIONS[:2]]
+    estimate = pid.identify(ur5, runs)
+    with pytest.warns(pid.PhysidentWarning, match="not handed on"):
+        found = pid.diagnose_motion(estimate, light, before=before)
+    assert {(f.effect, f.grade) for f in found.findings} >= {("payload", "hint")}
+    assert found.causes == ()
+    assert found.extended is None
+    found.save(folder / "refuted.json")
+    assert "not handed on" in read_diagnosis(folder / "refuted.json").warnings[-1]
+    assert found.estimate is None
+    assert any("is not handed on" in text for text in found.warnings)
+    with warnings.catch_warnings(action="ignore", category=pid.PhysidentWarning):
+        right = pid.diagnose_motion(estimate, before, before=light)
+    assert right.extended is not None
+    assert (right.after.rms < right.before.rms).any()

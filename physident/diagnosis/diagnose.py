@@ -22,7 +22,7 @@ from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
-from physident.diagnosis.result.errors import errors_before_and_after
+from physident.diagnosis.result.errors import ERRS_MORE, errors_before_and_after, refutes
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Placebo, Verdict
 from physident.diagnosis.result.unexplained import (
@@ -44,7 +44,7 @@ from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.effects.shared_scale import SharedScale
-from physident.errors import InputError
+from physident.errors import InputError, warn
 from physident.estimation.estimate import Estimate
 from physident.recordings.load import Recordings
 from physident.recordings.recording import Recording
@@ -213,13 +213,17 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         asked.original, settled_hypothesis(problem, ()), judged.sure, extended, asked.with_torque, holdout,
         asked.comparison if asked.comparison.compared else None,
     )  # fmt: skip
-    causes = any(finding.grade == "cause" for finding in judged.findings)
     changed = asked.estimate if asked.question == "different" else None
+    refuted = refutes(changed, error_before, error_after) if changed and extended else ""
+    if refuted:
+        warn(refuted)
+        judged, extended = _as_hints(judged), None
+    causes = any(finding.grade == "cause" for finding in judged.findings)
     return Diagnosis(
         question=asked.question,
         verdict=_verdict(causes, bool(above_noise_floor(judged.unexplained, judged.noise_floor))),
         findings=judged.findings,
-        missing_since_before=(*(asked.complete.findings if asked.complete else ()), *judged.old),
+        missing_since_before=(*(asked.complete.findings if asked.complete and not refuted else ()), *judged.old),
         wrong_baseline=_joints_of(hypothesis) if judged.patchwork else (),
         controlled=bool(asked.control) if asked.question == "different" else None,
         before=error_before,
@@ -240,9 +244,18 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         seed=asked.seed,
         incomplete=incomplete_joints(changed, judged.unexplained) if changed else (),
         recording_offsets=asked.recording_offsets,
-        warnings=asked.warnings,
+        warnings=(*asked.warnings, *([refuted] if refuted else [])),
         model_file=asked.original.path,
     )
+
+
+def _as_hints(judged: _Judged) -> _Judged:
+    """The same findings, each a hint, because the model that they extend errs more with them."""
+
+    def doubted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+        return tuple(replace(one, grade="hint", doubts=(*one.doubts, ERRS_MORE)) for one in findings)
+
+    return replace(judged, findings=doubted(judged.findings), old=doubted(judged.old))
 
 
 def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypothesis:

@@ -161,7 +161,9 @@ def diagnose(
             plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
     typer.echo(repr(found))
     if isinstance(found, Diagnosis) and out is not None:
-        typer.echo(f"written: {out}" if found.estimate is not None else f"nothing found: {out} not written")
+        typer.echo(
+            f"written: {out}" if found.estimate is not None else f"nothing to extend the model by: {out} not written"
+        )
     if fail_on is not None and isinstance(found, Diagnosis) and found.causes:
         raise typer.Exit(CAUSE_FOUND)
 

@@ -14,6 +14,9 @@ from physident.estimation.estimate import Estimate
 from physident.recordings.recording import Recording
 from physident.validation.scores import compare, validate
 
+ERRS_MORE = "the extended model errs by more than the model"
+FAR = 2.0  # times the error: a change that was compared may add to an error of the model's or cancel one, not double it on all joints
+
 
 def errors_before_and_after(
     given: Estimate,
@@ -40,6 +43,19 @@ def errors_before_and_after(
         return errors, errors
     gain = compare(given, extended, on=holdout)
     return JointErrors(gain.before.rms, gain.before.relative_all), JointErrors(gain.after.rms, gain.after.relative_all)
+
+
+def refutes(given: Estimate, before: JointErrors, after: JointErrors) -> str:
+    """Why an extended model cannot be handed on: it errs by far more than the ``given`` one, pooled over the joints in units of what that
+    left on its own recordings; empty where it does not."""
+    size = np.maximum(given.sigma, 1e-300)
+    times = float(np.linalg.norm(after.rms / size) / max(np.linalg.norm(before.rms / size), 1e-300))
+    if times < FAR:
+        return ""
+    return (
+        f"the extended model errs {times:.1f} times as much as the model, so it is not handed on: the model does not describe the arm"
+        " of the recordings from before; give the model of that arm, or its recordings as --before"
+    )
 
 
 def _left_out_errors(hypothesis: Hypothesis, comparison: Comparison | None) -> JointErrors:

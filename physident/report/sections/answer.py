@@ -86,7 +86,7 @@ def _gains(c: DiagnosisRecord) -> list[str]:
 
 def _cautions(c: DiagnosisRecord) -> list[Markup]:
     """Warnings that belong before the answer."""
-    warnings = []
+    warnings = [f"{text[0].upper()}{text[1:]}." for text in c.warnings]
     if passed := [p for p in c.placebos if p.passed]:
         warnings.append(
             f"{len(passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, were accepted too."
