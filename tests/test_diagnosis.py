@@ -87,6 +87,17 @@ def test_an_unchanged_arm_is_accused_of_nothing(estimate: pid.Estimate, clean: l
     assert diagnosis.estimate is None
 
 
+def test_a_holdout_that_errs_refutes_that_all_is_noise(
+    estimate: pid.Estimate, clean: list[pid.Recording], changed: list[pid.Recording]
+) -> None:
+    """What was fitted shows nothing; the held-out run is that of an arm with load-dependent friction and more dry friction."""
+    diagnosis = pid.diagnose_motion(estimate, clean[:2], holdout=changed[:1])
+    assert diagnosis.findings == ()
+    assert diagnosis.verdict == "unexplained"
+    assert {2, 4} <= set(diagnosis.wrong_unseen) <= {1, 2, 3, 4}
+    assert pid.diagnose_motion(estimate, clean[:2], holdout=clean[2:3]).wrong_unseen == ()
+
+
 def test_an_unchanged_arm_of_another_law_is_accused_of_nothing(ur5: pid.Robot, folder: Path) -> None:
     runs = [recorded(folder, "other_law", Arm(), seed) for seed in (1, 3, 5)]
     assert pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[2:]).findings == ()

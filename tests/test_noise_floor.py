@@ -24,7 +24,7 @@ def floor(folder: Path, motions: list[Motion], seeds: tuple[int, ...]) -> np.nda
     robot = pid.load_robot("ur5")
     signals = prepare_all(robot, pid.load_recordings([folder / f"{seed}.csv" for seed in seeds]), FILTER)
     regressor = build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
-    return noise_floor(regressor, signals, regressor.torque)
+    return noise_floor(regressor, signals, regressor.torque, regressor.torque)
 
 
 def test_a_motion_made_twice_shows_the_instruments_noise_through_the_filter(tmp_path: Path) -> None:
@@ -41,12 +41,12 @@ def test_rows_that_are_not_counted_are_no_noise(tmp_path: Path) -> None:
         record(Arm(), multisine(5), Sensors(), seed).write_csv(tmp_path / f"{seed}.csv")
     signals = prepare_all(pid.load_robot("ur5"), pid.load_recordings([tmp_path / "1.csv", tmp_path / "2.csv"]), FILTER)
     regressor = build_regressor(pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
-    whole = noise_floor(regressor, signals, regressor.torque)
+    whole = noise_floor(regressor, signals, regressor.torque, regressor.torque)
     counted, torque = regressor.counted.copy(), regressor.torque.copy()
     some = np.flatnonzero(regressor.recording == 0)
     for rows in (some[:6], some[100:104]):
         counted[rows, 1], torque[rows, 1] = False, 0.0
-    without = noise_floor(replace(regressor, counted=counted), signals, torque)
+    without = noise_floor(replace(regressor, counted=counted), signals, torque, torque)
     assert whole is not None
     assert without is not None
     np.testing.assert_allclose(without, whole, rtol=0.1)
@@ -54,3 +54,43 @@ def test_rows_that_are_not_counted_are_no_noise(tmp_path: Path) -> None:
 
 def test_motions_that_do_not_repeat_have_no_floor(tmp_path: Path) -> None:
     assert floor(tmp_path, [multisine(5), multisine(7)], (1, 2)) is None
+
+
+def test_a_motion_that_repeats_a_little_larger_shows_hardly_more_than_noise(tmp_path: Path) -> None:
+    """No controller repeats a motion exactly; what a few percent more of it need is torque that a model predicts."""
+    motion = multisine(5)
+    for seed, scale in ((1, 1.0), (2, 1.04)):
+        record(Arm(), replace(motion, amplitude=scale * motion.amplitude), Sensors(), seed).write_csv(
+            tmp_path / f"{seed}.csv"
+        )
+    robot, effects = pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS)
+    recordings = pid.load_recordings([tmp_path / "1.csv", tmp_path / "2.csv"])
+    signals = prepare_all(robot, recordings, FILTER)
+    regressor = build_regressor(robot, effects, signals, FILTER)
+    left = regressor.residual(pid.identify(robot, recordings, filter=FILTER).model.theta)
+    found = noise_floor(regressor, signals, regressor.torque, left)
+    of_torque = noise_floor(regressor, signals, regressor.torque, regressor.torque)
+    assert found is not None
+    assert of_torque is not None
+    sensors = Sensors()
+    through = np.array(sensors.torque_noise) * np.linalg.norm(FILTER.taps(sensors.rate))
+    assert found[1] < 1.2 * through[1] < 2 * through[1] < of_torque[1]  # the shoulder, which carries the arm
+    assert np.all(found <= of_torque)
+
+
+def test_noise_is_no_more_than_its_share_of_what_is_left_of_all_rows(tmp_path: Path) -> None:
+    """Rows of a repeated motion that are harder than the rest say what share of the rest is noise, and quieter ones how large noise is."""
+    for seed, motion in ((1, multisine(5)), (2, multisine(5)), (3, multisine(7))):
+        record(Arm(), motion, Sensors(), seed).write_csv(tmp_path / f"{seed}.csv")
+    signals = prepare_all(
+        pid.load_robot("ur5"), pid.load_recordings([tmp_path / f"{k}.csv" for k in (1, 2, 3)]), FILTER
+    )
+    regressor = build_regressor(pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
+    noise = np.random.default_rng(0).standard_normal(regressor.torque.shape)
+    repeated = (regressor.recording < 2)[:, None]
+    for size in (0.1, 1.0, 10.0):  # of what is left of the motion that does not repeat
+        left = np.where(repeated, noise, size * noise)
+        found = noise_floor(regressor, signals, left, left)
+        everywhere = np.sqrt(np.mean(np.where(repeated, 1.0, size**2)))
+        assert found is not None
+        np.testing.assert_allclose(found, min(1.0, everywhere), rtol=0.15)

@@ -28,6 +28,7 @@ from physident.diagnosis.result.findings import Finding, Placebo, Verdict
 from physident.diagnosis.result.unexplained import (
     Unexplained,
     above_noise_floor,
+    beyond_noise,
     describe_unexplained,
     incomplete_joints,
 )
@@ -158,7 +159,7 @@ def _judged(asked: Asked, searched: _Searched) -> _Judged:
     alike = alike_before(hypothesis, asked.control_signals)
     found = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
     unexplained = describe_unexplained(hypothesis)
-    floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque)
+    floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
     expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
     findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
     findings = one_cause_a_torque(hypothesis, findings)
@@ -219,9 +220,11 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         warn(refuted)
         judged, extended = _as_hints(judged), None
     causes = any(finding.grade == "cause" for finding in judged.findings)
+    left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
+    left |= bool(holdout and beyond_noise(judged.unexplained, judged.noise_floor, error_after.rms))
     return Diagnosis(
         question=asked.question,
-        verdict=_verdict(causes, bool(above_noise_floor(judged.unexplained, judged.noise_floor))),
+        verdict=_verdict(causes, left),
         findings=judged.findings,
         missing_since_before=(*(asked.complete.findings if asked.complete and not refuted else ()), *judged.old),
         wrong_baseline=_joints_of(hypothesis) if judged.patchwork else (),
@@ -242,7 +245,7 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         drive_gains=asked.drive_gains,
         unidentified=hypothesis.problem.freedom.unidentified,
         seed=asked.seed,
-        incomplete=incomplete_joints(changed, judged.unexplained) if changed else (),
+        incomplete=incomplete_joints(changed, judged.unexplained) if changed and not problem.all_compared else (),
         recording_offsets=asked.recording_offsets,
         warnings=(*asked.warnings, *([refuted] if refuted else [])),
         model_file=asked.original.path,

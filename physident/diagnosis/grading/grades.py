@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import members, where_it_shows, without
+from physident.diagnosis.grading.members import members, weighted_rows, where_it_shows, without
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
@@ -90,18 +90,13 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, controlled: bool) -> Finding:
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
     where = np.ones(len(sigma)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
-    weights = where / sigma**2
-    counted = (
-        problem.regressor.counted
-    )  # errors are those of rows weighted by what their rests leave open, so the noise is too
-    trusted = np.sum(problem.weights**2 * counted, axis=0) / np.maximum(counted.sum(axis=0), 1)
-    right, usual = (
-        float(np.sum(weights * trusted * level**2) / np.sum(weights)) for level in (expected.right, expected.usual)
-    )
+    rows = weighted_rows(hypothesis)  # errors are those of rows weighted by what their rests leave open, so the noise is too
+    weights = where * rows / sigma**2
+    right, usual = (float(np.sum(weights * level**2) / np.sum(weights)) for level in (expected.right, expected.usual))
     whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)
     share = noticed = _Share.of(*_while_it_lasts(hypothesis, finding), right) if finding.intervals else whole
     shown = (
-        noticed.takes / usual if finding.intervals else _shown(whole.takes, where, sigma, trusted * expected.usual**2)
+        noticed.takes / usual if finding.intervals else _shown(whole.takes, where, rows / sigma**2, expected.usual**2)
     )
     if (
         finding.intervals and not share.takes > share.leaves
@@ -122,10 +117,10 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     )
 
 
-def _shown(takes: float, where: Array, sigma: Array, usual: Array) -> float:
+def _shown(takes: float, where: Array, weights: Array, usual: Array) -> float:
     """The largest share that a finding takes of the ``usual`` (n,) mean square of a joint, where it ``takes`` one of all joints, pooled as
-    it shows ``where`` (n,) in units of the noise ``sigma`` (n,): a load that only the wrist feels is noticed there."""
-    own = takes * where * sigma**2 * np.sum(where / sigma**2) / max(float(np.sum(where**2)), 1e-300)
+    it shows ``where`` (n,) by ``weights`` (n,), rows in units of the noise: a load that only the wrist feels is noticed there."""
+    own = takes * where / np.maximum(weights, 1e-300) * np.sum(where * weights) / max(float(np.sum(where**2)), 1e-300)
     return float(np.max(own / usual))
 
 
@@ -157,7 +152,7 @@ def _while_it_lasts(hypothesis: Hypothesis, finding: Finding) -> tuple[float, fl
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
     rows = rows_during(problem, finding.recording, finding.intervals)
     counted = problem.regressor.counted[rows]
-    total = max(float((counted / sigma**2).sum()), 1e-300)
+    total = max(float((counted * problem.weights[rows] ** 2 / sigma**2).sum()), 1e-300)
     left = (without(hypothesis, [finding]), hypothesis)
     before, after = (float((counted * (one.fit.residual[rows] / sigma) ** 2).sum()) / total for one in left)
     # the well-determined parameters of MacKay, "Bayesian interpolation" (1992)

@@ -53,6 +53,12 @@ def where_it_shows(hypothesis: Hypothesis, group: Collection[int]) -> Array:
     return np.mean(shares, axis=0)
 
 
+def weighted_rows(hypothesis: Hypothesis, some: NDArray[np.bool_] | slice = slice(None)) -> Array:
+    """How many rows (n,) of each joint, or of ``some``, count, a row that a rest leaves half open as half a row."""
+    problem = hypothesis.problem
+    return np.sum((problem.weights**2 * problem.regressor.counted)[some], axis=0)
+
+
 def is_shown_by_comparison(hypothesis: Hypothesis, i: int) -> bool:
     """Whether most of what is known of an accepted effect comes from compared recordings."""
     problem = hypothesis.problem

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.grading.members import where_it_shows
+from physident.diagnosis.grading.members import weighted_rows, where_it_shows
 from physident.diagnosis.learned.describe import curve_band
 from physident.diagnosis.problem.candidates import AcceptedEffect, prior_precision
 from physident.diagnosis.problem.columns import joined_columns
@@ -120,7 +120,7 @@ def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduc
         squares_of_weights * squares
         for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))
     )
-    rows = np.count_nonzero(labels >= 0) * np.sum(squares_of_weights)
+    rows = float(weighted_rows(hypothesis, labels >= 0) @ squares_of_weights)
     sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]
     return Reduction(
         rms_before=sizes[0],
@@ -142,7 +142,7 @@ def _contact_reduction(hypothesis: Hypothesis, rest: Hypothesis, group: Sequence
     draws = np.random.default_rng([rest.problem.seed, 17]).integers(0, len(gain), (RESAMPLES, len(gain)))
     left = np.sqrt(np.maximum(1 - np.append(gain[draws].sum(axis=1), gain.sum()) / before, 0.0))
     low, high = np.quantile(100 * (1 - left[:-1]), (0.025, 0.975))
-    size = float(np.sqrt(before / (len(rest.fit.residual) * np.sum(weights**2))))
+    size = float(np.sqrt(before / (weighted_rows(rest) @ weights**2)))
     return Reduction(
         rms_before=size,
         rms_after=size * float(left[-1]),

@@ -13,7 +13,7 @@ from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
+from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor, beyond_noise
 from physident.diagnosis.result.wording import Asked
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -106,6 +106,13 @@ class DiagnosisRecord:
     def structured(self) -> tuple[Unexplained, ...]:
         """The joints whose residual is more than noise, by the one rule of ``unexplained.above_noise_floor``."""
         return above_noise_floor(self.unexplained, self.noise_floor)
+
+    @property
+    def wrong_unseen(self) -> tuple[int, ...]:
+        """The joints (from 1) on which the extended model errs on the holdout by far more than noise."""
+        if self.scored_on != "holdout":
+            return ()
+        return beyond_noise(self.unexplained, self.noise_floor, self.after.rms)
 
     def short_name(self, path: str) -> str:
         """A recording's file name, or its whole path where several recordings have that name."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence
+from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence, wrong_unseen_sentence
 from physident.effects.catalogue import effect_scope
 from physident.effects.learned.one_torque import are_one_torque
 
@@ -32,7 +32,8 @@ COMMAND = "     physident "  # how the row of a command begins
 
 def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
-    rows = [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
+    rows = [f"warning: {text}" for text in d.warnings]
+    rows += [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
     rows += _levels(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
@@ -134,7 +135,8 @@ def _levels(d: DiagnosisRecord) -> list[str]:
     if d.noise_floor is not None:
         rows.append("  noise floor [N m]".ljust(width) + "".join(map(_cell, d.noise_floor)))
     else:
-        rows.append("  noise floor: not known, because no motion was repeated")
+        within = " within these recordings" if any(used.repeats is not None for used in d.recordings) else ""
+        rows.append(f"  noise floor: not known, because no motion was repeated{within}")
     if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
         rows.append("  after: contact rows are excluded, because no other recording can predict a contact force")
     for label, level in (("before", d.before), ("after", d.after)):
@@ -195,11 +197,13 @@ def _value(v: ParameterValue, several: bool) -> str:
 
 
 def _unexplained(d: DiagnosisRecord) -> list[str]:
+    unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
     if not d.structured:
         return [
-            "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor"
+            *unseen,
+            "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor",
         ]
-    return ["unexplained structure in the residual:"] + [
+    return [*unseen, "unexplained structure in the residual:"] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]

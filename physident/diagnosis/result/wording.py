@@ -75,6 +75,12 @@ def wrong_baseline_sentence(
     return f"The baseline is wrong {where}, and a longer list of causes would prove nothing: {first}; {best}."
 
 
+def wrong_unseen_sentence(joints: Sequence[int]) -> str:
+    """What it means that an extended model errs on the holdout by far more than noise."""
+    where = f"joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+    return f"on the holdout {where} err{'s' if len(joints) == 1 else ''} more than twice what is left of the diagnosed recordings: that is no noise"
+
+
 def searches_in_words(stability: float) -> str:
     """How many of the searches on halves of the recordings found something, from their share."""
     return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"

@@ -1,6 +1,7 @@
 """The noise floor: the difference in torque where a motion repeats.
 
-No model that depends on the motion alone can have a smaller error.
+No model that depends on the motion alone can have a smaller error. A motion never repeats exactly: where torque is steep, a few
+milliradians are newton metres, which a model predicts. So what a model leaves is compared as well, and the smaller difference counts.
 """
 
 from __future__ import annotations
@@ -18,24 +19,31 @@ from physident.recordings.signals import Signals
 Array = NDArray[np.float64]
 
 
-def noise_floor(regressor: Regressor, signals: Sequence[Signals], torque: Array) -> Array | None:
-    """RMS (n,) [N m|N] of the filtered ``torque`` (M, n) that does not repeat with the motion; None where no motion repeats.
+def noise_floor(regressor: Regressor, signals: Sequence[Signals], torque: Array, residual: Array) -> Array | None:
+    """RMS (n,) [N m|N] of the filtered ``torque`` (M, n) that does not repeat with the motion, of which a model left the ``residual``
+    (M, n); None where no motion repeats.
 
     It is computed from pairs of recordings, or two parts of one, whose positions and velocities agree for at least five
-    seconds: the RMS difference of their torques over sqrt(2).
+    seconds: the RMS difference of their torques or residuals over sqrt(2). Where these rows are harder than the rest, it is the same
+    share of what is left of all rows.
     """
-    total, rows = np.zeros(torque.shape[1]), 0
-    for i in range(len(signals)):
-        for k in range(i, len(signals)):
-            difference = _difference(regressor, signals, torque, i, k)
-            if difference is not None:
-                total += (difference**2).sum(axis=0) / 2
-                rows += len(difference)
-    return np.sqrt(total / rows) if rows else None
+    both = np.column_stack([torque, residual])
+    pairs = [_repeated(regressor, signals, both, i, k) for i in range(len(signals)) for k in range(i, len(signals))]
+    found = [pair for pair in pairs if pair is not None]
+    if not found:
+        return None
+    one, other = (np.concatenate(part) for part in zip(*found, strict=True))
+    n = torque.shape[1]
+    floor = np.sqrt(np.mean((one - other) ** 2, axis=0) / 2).reshape(2, n).min(axis=0)
+    there = np.sqrt(np.mean((one**2 + other**2) / 2, axis=0))[n:]
+    everywhere = np.sqrt((residual**2).sum(axis=0) / np.maximum(regressor.counted.sum(axis=0), 1))
+    return floor * np.minimum(1.0, everywhere / np.maximum(there, 1e-300))
 
 
-def _difference(regressor: Regressor, signals: Sequence[Signals], torque: Array, i: int, k: int) -> Array | None:
-    """Difference (R, n) of the torques of two recordings where their motions agree, None where they do not."""
+def _repeated(
+    regressor: Regressor, signals: Sequence[Signals], values: Array, i: int, k: int
+) -> tuple[Array, Array] | None:
+    """Values (R, ...) of the rows of two recordings where their motions agree, None where they do not."""
     from scipy.interpolate import CubicSpline
 
     one, other = signals[i], signals[k]
@@ -52,4 +60,4 @@ def _difference(regressor: Regressor, signals: Sequence[Signals], torque: Array,
     inside = (at >= known[0]) & (at <= known[-1]) & (known[after] - known[after - 1] < 1.5 / regressor.kept_rate)
     if np.count_nonzero(inside) < SHORTEST_REPEAT * regressor.kept_rate:
         return None
-    return torque[first_rows][inside] - CubicSpline(known, torque[second_rows])(at[inside])
+    return values[first_rows][inside], np.asarray(CubicSpline(known, values[second_rows])(at[inside]))

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from physident.errors import InputError
 
 CHANNELS = ("q", "dq", "tau", "current", "effort", "temperature")
+CANONICAL = rf"(time)|({'|'.join(CHANNELS)})_([0-9]{{1,4}})"
 NUMBER_SIGNS = ("_", "", ".", " ")  # between a name and its number
+EXAMPLE_OF_NAMES = "--columns time=time,q=q,dq=dq,tau=tau"
 # Universal Robots' real-time data exchange, whose columns are numbered from 0
 OTHER_NAMES = {
     "timestamp": "time",
@@ -26,7 +28,7 @@ def columns_of_header(names: Sequence[str], source: str) -> dict[str, tuple[int,
     """
     found: dict[str, dict[int, int]] = {}
     for index, name in enumerate(names):
-        match = re.fullmatch(rf"(time)|({'|'.join(CHANNELS)})_([0-9]{{1,4}})", name)
+        match = re.fullmatch(CANONICAL, name)
         if match is not None:
             _add(found, match[1] or match[2], int(match[3] or 1), index, name, source)
     canonical = set(found)
@@ -67,6 +69,20 @@ def columns_named(names: Sequence[str], text: str, source: str) -> tuple[int, ..
         what = f"{len(places)} columns {match[1]!r}, not {text!r}" if places else f"no column {text!r}"
         raise InputError(f"{source}: has {what}; its columns are {shown or 'without names'}; correct the columns")
     return tuple(places[start:stop])
+
+
+def check_named_alike(names: Sequence[str], channel: str, columns: Sequence[int], source: str) -> None:
+    """Raises InputError where declared columns of a channel have the canonical names of another: numbers that a model remembers are those of
+    its own files, and a column of torques must not be taken for one of currents."""
+    for index in columns:
+        match = re.fullmatch(CANONICAL, names[index]) if index < len(names) else None
+        stated = None if match is None else match[1] or match[2]
+        # the name effort leaves open which of the two it is
+        if stated not in (None, channel) and not (stated == "effort" and channel in ("tau", "current")):
+            raise InputError(
+                f"{source}: its header calls column {index} {names[index]!r}, but the declared or remembered columns take it for {channel};"
+                f" declare this file's own columns, by name where its header is wrong: {EXAMPLE_OF_NAMES}"
+            )
 
 
 def _numbered(names: Sequence[str], stem: str, sign: str) -> list[int]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from physident.errors import InputError
 from physident.recordings.channels import Channels, EffortKind
-from physident.recordings.columns.header import CHANNELS, columns_named, columns_of_header
+from physident.recordings.columns.header import CHANNELS, check_named_alike, columns_named, columns_of_header
 
 Array = NDArray[np.float64]
 EFFORTS = ("tau", "current", "effort")
@@ -42,7 +42,7 @@ class ColumnLayout:
         """The layout that a text declares, such as "time=0,q=1:7,dq=7:13,current=13:19" (zero-based, half-open ranges).
 
         Columns may also be given by their ``names``: "time=t,q=position,tau=torque[0:6]". Without a ``clock``, no time
-        column is needed.
+        column is needed. Raises InputError where a number takes a column that its name gives to another channel.
         """
         found: dict[str, tuple[int, ...]] = {}
         for channel, value in _entries(text):
@@ -51,6 +51,7 @@ class ColumnLayout:
                 continue
             start, _, stop = value.partition(":")
             found[channel] = tuple(range(int(start), int(stop) if stop else int(start) + 1))
+            check_named_alike(names or (), channel, found[channel], source)
         return ColumnLayout._from(found, source, clock)
 
     @staticmethod

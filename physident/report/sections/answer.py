@@ -9,7 +9,14 @@ import numpy as np
 from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, listed, wrong_baseline_sentence
+from physident.diagnosis.result.wording import (
+    RESIDUAL_IN_WORDS,
+    cause,
+    headline,
+    listed,
+    wrong_baseline_sentence,
+    wrong_unseen_sentence,
+)
 from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
@@ -94,6 +101,9 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
         )
     if c.wrong_baseline:
         warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
+    if c.wrong_unseen:
+        sentence = wrong_unseen_sentence(c.wrong_unseen)
+        warnings.append(f"{sentence[0].upper()}{sentence[1:]}.")
     if c.incomplete and c.findings:
         warnings.append(INCOMPLETE_MODEL)
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
