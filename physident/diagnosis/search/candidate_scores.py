@@ -25,6 +25,7 @@ from physident.processes import mapped
 Array = NDArray[np.float64]
 R = TypeVar("R")
 AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
+EVEN = 4  # parts at least, and a multiple of it: two or four processes then end together
 FEWEST = 24  # surrogates at least: the rows are read once for each such group
 
 
@@ -134,7 +135,8 @@ def over_surrogates(hypothesis: Hypothesis, function: Callable[[Array], R]) -> l
     if len(known):
         x[known] = rng.standard_normal((len(known), SURROGATES)) / np.sqrt(hypothesis.baseline.prior[known])[:, None]
     residual, regressor = now.residual / now.deflation, hypothesis.data.regressor
-    count = min(SURROGATES, max(FEWEST, AT_ONCE // residual.nbytes))
+    at_once = min(SURROGATES, max(FEWEST, AT_ONCE // residual.nbytes))
+    parts = EVEN * math.ceil(SURROGATES / at_once / EVEN)  # the same on any machine, so that its numbers are
 
     def of_some(some: slice) -> R:
         noise = phase_randomised(residual, regressor.segment, SURROGATES, problem.seed, some)
@@ -144,4 +146,4 @@ def over_surrogates(hypothesis: Hypothesis, function: Callable[[Array], R]) -> l
             noise[rows] *= regressor.counted[rows][:, :, None]
         return function(noise)
 
-    return mapped(of_some, list(blocks(SURROGATES, math.ceil(SURROGATES / math.ceil(SURROGATES / count)))))
+    return mapped(of_some, list(blocks(SURROGATES, math.ceil(SURROGATES / parts))))
