@@ -86,8 +86,10 @@ def test_columns_by_name() -> None:
 
 def test_numbers_that_take_a_named_column_for_another_channel_are_refused() -> None:
     names = ["time", "q_1", "q_2", "tau_1", "tau_2"]
-    with pytest.raises(pid.InputError, match="calls column 3 'tau_1', but .* take it for current"):
+    with pytest.raises(pid.InputError, match=r"calls column 3 'tau_1', but .* take it for current"):
         ColumnLayout.parse("time=0,q=1:3,current=3:5", names)
     assert ColumnLayout.parse("time=0,q=1:3,tau=3:5", names).effort_kind == "torque"
-    assert ColumnLayout.parse("time=time,q=q,current=tau", names).effort_kind == "current"  # a name is meant as it is written
+    assert (
+        ColumnLayout.parse("time=time,q=q,current=tau", names).effort_kind == "current"
+    )  # a name is meant as it is written
     assert ColumnLayout.parse("time=0,q=1:3,current=3:5", [*names[:3], "effort_1", "effort_2"]).effort == (3, 4)

@@ -179,6 +179,7 @@ def test_a_model_with_curves_survives_its_file(ur5: pid.Robot, runs: list[pid.Re
         ({"amplitude": (float("nan"),)}, "expected positive"),
         ({"ceiling": (-1.0,)}, "expected positive"),
         ({"low": (0.0, 0.0), "high": (1.0,)}, "low has 2 values, expected one, or 1, one a joint"),
+        ({"low": -1.0, "high": 1.0}, r"low is -1.0, expected numbers in a row, such as \(-1.0,\)"),
     ],
 )
 def test_impossible_settings_are_refused(settings: dict, said: str) -> None:

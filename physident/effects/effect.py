@@ -34,7 +34,7 @@ class Effect(ABC):
 
     ``joints`` (from 1) restricts it to some joints, None for all. A subclass states ``name``, ``unit`` and ``family`` and
     implements ``values``; every other member has a default for one parameter per joint. Raises InputError for ``joints``
-    of an effect that acts on the whole arm.
+    of an effect that acts on the whole arm, and for one joint that is no row of joints.
     """
 
     joints: tuple[int, ...] | None = None
@@ -65,8 +65,16 @@ class Effect(ABC):
     advance: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
+        self.check_in_a_row("joints")
         if self.scope is Scope.WHOLE_ARM and self.joints is not None:
             raise InputError(f"{self.name} acts on the whole arm but joints are {self.joints}; leave joints out")
+
+    def check_in_a_row(self, *names: str) -> None:
+        """Raises InputError for a field that is one number, where several are expected in a row."""
+        for name in names:
+            given = getattr(self, name)
+            if given is not None and not hasattr(given, "__len__"):
+                raise InputError(f"{self.name}: {name} is {given!r}, expected numbers in a row, such as ({given!r},)")
 
     def active(self, robot: Robot) -> list[int]:
         """Indices (from 0) of the joints it acts on; raises InputError for a joint that the robot does not have."""

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import INSEPARABLE, searches_in_words, wrong_baseline_sentence, wrong_unseen_sentence
+from physident.diagnosis.result.wording import (
+    INSEPARABLE,
+    searches_in_words,
+    wrong_baseline_sentence,
+    wrong_unseen_sentence,
+)
 from physident.effects.catalogue import effect_scope
 from physident.effects.learned.one_torque import are_one_torque
 

@@ -55,6 +55,7 @@ class LearnedCurve(Effect):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self.check_in_a_row(*self.settings_by_joint)
         counts = {name: len(given) for name in self.settings_by_joint if (given := getattr(self, name)) is not None}
         joints = max(counts.values(), default=1) if self.joints is None else len(self.joints)
         for name, count in counts.items():
