@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,6 +129,17 @@ def test_the_curve_that_the_arm_has_is_found(method: str, ur5: pid.Robot, runs: 
     before, after = (pid.validate(one, runs[2]).rms for one in (plain, learned))
     assert after[2] < 0.5 * before[2]
     np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), rtol=0.35)
+
+
+def test_a_curve_is_told_by_where_it_is_large_not_by_its_numbers(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
+    effects = [*pid.Model.nominal(ur5).effects, LearnedPosition((3,))]
+    told = repr(pid.identify(ur5, runs, effects)).splitlines()
+    (row,) = [row for row in told if "learned_position" in row]
+    found = re.search(r"joint 3: .* ([+-][0-9.]+) N m between (-?[0-9.]+) and (-?[0-9.]+) rad$", row)
+    assert found is not None
+    size, low, high = map(float, found.groups())
+    assert size == pytest.approx(HEIGHT, rel=0.3)  # but for its mean, which an offset takes
+    assert PLACE - 2 * WIDTH < low < PLACE < high < PLACE + 2 * WIDTH  # at least half of it is there
 
 
 def test_a_model_may_be_curves_alone(ur5: pid.Robot, runs: list[pid.Recording]) -> None:

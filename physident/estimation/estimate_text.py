@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import Physical
 from physident.estimation.physical.information_shares import BY_DATA, BY_PRIOR
@@ -26,7 +27,9 @@ def estimate_text(estimate: EstimatedModel) -> str:
     model, base, certificate = estimate.model, estimate.base, estimate.certificate
     used = sum(source.used for source in estimate.sources)
     values, std = base.values(model.theta), np.sqrt(np.diag(estimate.covariance))
-    vague = np.flatnonzero(std > VAGUE * np.abs(values))
+    curves = {effect.name for effect in model.effects if isinstance(effect, LearnedCurve)}
+    of_curves = np.array([base.columns[i].effect in curves for i in base.independent], dtype=bool)
+    vague = np.flatnonzero((std > VAGUE * np.abs(values)) & ~of_curves)
     prior = "" if estimate.prior_weight is None else _prior(estimate)
     rows = [
         f"Estimate of {model.robot.name} by {estimate.method}{prior}: {recording_count(len(estimate.sources))}, {used:.0f} s in motion,"
@@ -125,7 +128,8 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     """A row a joint; effects with one parameter a joint are columns, side by side as far as the width goes."""
     model = estimate.model
     counts = Counter((c.effect, c.joint) for c in model.columns)
-    effects = [e for e in dict.fromkeys(c.effect for c in model.columns) if e != "rigid_body"]
+    apart = {"rigid_body", *(effect.name for effect in model.effects if isinstance(effect, LearnedCurve))}
+    effects = [e for e in dict.fromkeys(c.effect for c in model.columns) if e not in apart]
     single = [e for e in effects if all(count == 1 for (name, _), count in counts.items() if name == e)]
     units = {c.effect: c.unit for c in model.columns}
     errors = estimate.standard_errors
@@ -151,11 +155,23 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
         rows.append(f"{c.name} = {value}")
     if len(others) > MAX_LISTED:
         rows.append(f"and {len(others) - MAX_LISTED} more values in the model file")
+    rows += _curves(estimate)
     for f in estimate.shape_parameters:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
         (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shape_parameters if shape.field == f.field]
         rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at an end of its search grid"))
     return rows
+
+
+def _curves(estimate: EstimatedModel) -> list[str]:
+    """A row for each joint of each learned curve: where it is large, in the place of numbers that say nothing alone."""
+    robot = estimate.model.robot
+    return [
+        f"{effect.name}, {effect.points_in_words(robot, k, *effect.curve(robot, theta, k)[:2])}"
+        for effect, theta in estimate.model.effect_parameters()
+        if isinstance(effect, LearnedCurve)
+        for k in range(len(effect.active(robot)))
+    ]
 
 
 def _cell(estimate: EstimatedModel, errors: np.ndarray, effect: str, joint: int) -> str:
