@@ -151,6 +151,16 @@ def test_a_mixture_of_fitted_and_new_recordings_is_refused(
         pid.diagnose_motion(estimate, changed, holdout=changed[:1])
 
 
+def test_a_holdout_cut_out_of_a_diagnosed_recording_is_refused(
+    estimate: pid.Estimate, changed: list[pid.Recording], tmp_path: Path
+) -> None:
+    lines = Path(str(changed[0].source)).read_text(encoding="utf-8").splitlines(keepends=True)
+    part = tmp_path / "part.csv"
+    part.write_text("".join([lines[0], *lines[len(lines) // 2 :]]), encoding="utf-8")
+    with pytest.raises(pid.InputError, match=r"part.csv: 100 % of its samples are those of"):
+        pid.diagnose_motion(estimate, changed[:1], holdout=part)
+
+
 def test_currents_without_gains_are_refused(estimate: pid.Estimate, clean: list[pid.Recording]) -> None:
     current = replace(clean[2], effort_kind="current")
     with pytest.raises(pid.InputError, match="drive gains"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.diagnosis.problem.folds import FOLDS
 from physident.dynamics.column_structure import kept_rows
@@ -17,6 +18,9 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 from physident.validation.predictions import predict
 
+CUT_OUT = 0.5  # of a holdout's samples: an arm never repeats one to the last digit of every encoder and sensor, but where it rests
+MIX = np.uint64(0x9E3779B97F4A7C15)  # odd, and half of its bits set: every bit of a sample reaches its number
+
 
 def refuse_repeated(
     model: Estimate | Model,
@@ -24,8 +28,8 @@ def refuse_repeated(
     holdout: Sequence[Recording],
     before: Sequence[Recording] = (),
 ) -> None:
-    """Raises InputError for a recording that came twice, for a holdout that was fitted or is diagnosed, and for a diagnosed one that
-    is said to be from before."""
+    """Raises InputError for a recording that came twice, for a holdout that was fitted or is diagnosed or is a part of one that is,
+    and for a diagnosed one that is said to be from before."""
     refuse_duplicates(recordings)
     refuse_duplicates(before)
     for one in before:
@@ -41,6 +45,30 @@ def refuse_repeated(
                 f"{one.source}: a holdout that was fitted or diagnosed already; expected a recording that was used for"
                 " neither"
             )
+        for other in recordings:
+            if (share := _share_in(one, other)) > CUT_OUT:
+                raise InputError(
+                    f"{one.source}: {100 * share:.0f} % of its samples are those of {other.source}, which is diagnosed; expected a holdout"
+                    " that nobody fitted, not a part of the same recording"
+                )
+
+
+def _share_in(one: Recording, other: Recording) -> float:
+    """The share of a recording's distinct samples that are samples of another one, to the last digit of every position and effort."""
+    if one.n != other.n:
+        return 0.0
+    mine, others = (np.unique(_codes(recording)) for recording in (one, other))
+    return float(np.isin(mine, others, assume_unique=True).mean())
+
+
+def _codes(recording: Recording) -> NDArray[np.uint64]:
+    """A number (N,) for each sample of a recording, the same for equal ones alone, but for one chance in 2^64."""
+    codes = np.zeros(len(recording.q), dtype=np.uint64)
+    for column in (*recording.q.T, *recording.effort.T):
+        bits = np.ascontiguousarray(column).view(np.uint64)
+        codes = (codes ^ bits) * MIX
+        codes ^= codes >> np.uint64(29)
+    return codes
 
 
 def check_lengths(model: Model, signals: Sequence[Signals], filter: Filter) -> None:
