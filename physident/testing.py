@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
+from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
+from physident.effects.user.registration import check_class
+from physident.errors import InputError
 from physident.identifiability.base_parameters import random_motion
 from physident.recordings.signals import Signals
 from physident.robots.load import load_robot
@@ -26,11 +29,16 @@ PART = slice(100, 110)  # samples of the motion that are evaluated alone
 def check_effect(effect: Effect | type[Effect], robot: Robot | str = "ur5", seed: int = 0) -> None:
     """Check an effect, or a class of effects with its shapes in the middle of their grids, against the contract of all effects.
 
-    On a random motion of ``robot``: shapes and units of its columns, the same values (E, N) [N m|N] for a part of a motion as for
+    The class as ``--effects-from`` requires it; then, on a random motion of ``robot``: shapes and units of its columns, the same values (E, N) [N m|N] for a part of a motion as for
     the whole, the simulator's torque, energy where the effect is ``passive``, its text in a file, and its NumPy source. Raises
     AssertionError with one line for each clause that is broken, and InputError for a robot that does not exist.
     """
     arm = load_robot(robot) if isinstance(robot, str) else robot
+    kind = type(effect) if isinstance(effect, Effect) else effect
+    try:
+        check_class(CATALOGUE, kind, getattr(kind, "origin", "") or "checked")
+    except InputError as error:
+        raise AssertionError(str(error)) from None
     one = effect if isinstance(effect, Effect) else effect.at_grid_middle()
     motion = _motion(arm, seed)
     broken = [line for clause in CLAUSES for line in _kept(clause, one, arm, motion)]

@@ -22,13 +22,12 @@ from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.diagnosis import Diagnosis
-from physident.diagnosis.result.errors import ERRS_MORE, errors_before_and_after, refutes
+from physident.diagnosis.result.errors import ERRS_MORE, beyond_noise, errors_before_and_after, refutes
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding, Placebo, Verdict
 from physident.diagnosis.result.unexplained import (
     Unexplained,
     above_noise_floor,
-    beyond_noise,
     describe_unexplained,
     incomplete_joints,
 )
@@ -221,13 +220,15 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         judged, extended = _as_hints(judged), None
     causes = any(finding.grade == "cause" for finding in judged.findings)
     left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
-    left |= bool(holdout and beyond_noise(judged.unexplained, judged.noise_floor, error_after.rms))
+    unseen = extended or asked.original
+    wrong_unseen = beyond_noise(unseen, holdout, error_after, judged.unexplained, judged.noise_floor) if holdout else ()
     return Diagnosis(
         question=asked.question,
-        verdict=_verdict(causes, left),
+        verdict=_verdict(causes, left or bool(wrong_unseen)),
         findings=judged.findings,
         missing_since_before=(*(asked.complete.findings if asked.complete and not refuted else ()), *judged.old),
         wrong_baseline=_joints_of(hypothesis) if judged.patchwork else (),
+        wrong_unseen=wrong_unseen,
         controlled=bool(asked.control) if asked.question == "different" else None,
         before=error_before,
         after=error_after,

@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.result.findings import JointErrors
+from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.dynamics.regressor import build_regressor
 from physident.estimation.dry_friction.rest import rest_rows
 from physident.estimation.estimate import Estimate
+from physident.estimation.identify import prepare_all
+from physident.large_arrays import steps
 from physident.recordings.recording import Recording
 from physident.validation.scores import compare, validate
 
+Array = NDArray[np.float64]
 ERRS_MORE = "the extended model errs by more than the model"
-FAR = 2.0  # times the error: a change that was compared may add to an error of the model's or cancel one, not double it on all joints
+FAR = 2.0  # times an error: noise is as large on any motion, and a change that was compared may add to an error of the model's or cancel one, not double it on all joints
 
 
 def errors_before_and_after(
@@ -56,6 +62,39 @@ def refutes(given: Estimate, before: JointErrors, after: JointErrors) -> str:
         f"the extended model errs {times:.1f} times as much as the model, so it is not handed on: the model does not describe the arm"
         " of the recordings from before; give the model of that arm, or its recordings as --before"
     )
+
+
+def beyond_noise(
+    model: Estimate,
+    holdout: Sequence[Recording],
+    errors: JointErrors,
+    unexplained: Sequence[Unexplained],
+    noise_floor: Array | None,
+) -> tuple[int, ...]:
+    """Joints (from 1) on which a model's ``errors`` on a holdout are no noise: far above what is left of the diagnosed recordings, or does not
+    repeat, and what the values of the model leave open."""
+    left = np.array([one.rms for one in unexplained])
+    level = left if noise_floor is None else np.maximum(left, noise_floor)
+    return tuple(int(j) + 1 for j in np.flatnonzero(errors.rms > FAR * np.hypot(level, _left_open(model, holdout))))
+
+
+def _left_open(estimate: Estimate, recordings: Sequence[Recording]) -> Array:
+    """RMS (n,) [N m|N] of the standard error of what a model predicts of recordings, from that of its base parameters."""
+    model, filter, base = estimate.model, estimate.filter, estimate.base.independent
+    given = [recording.with_default_drive_gains(estimate.drive_gains) for recording in recordings]
+    regressor = build_regressor(
+        model.robot, model.effects, prepare_all(model.robot, given, filter), filter, theta=model.theta
+    )
+    result = []
+    for rows in regressor.joints:
+        own = np.flatnonzero(np.isin(base, rows.columns))
+        places = np.searchsorted(rows.columns, base[own])
+        covariance, squares = estimate.covariance[np.ix_(own, own)], 0.0
+        for some in steps(len(regressor.time)):
+            Y = rows.some(some)[:, places]
+            squares += float(np.sum((Y @ covariance) * Y))
+        result.append(np.sqrt(max(squares, 0.0) / len(regressor.time)))
+    return np.array(result)
 
 
 def _left_out_errors(hypothesis: Hypothesis, comparison: Comparison | None) -> JointErrors:

@@ -13,7 +13,7 @@ from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor, beyond_noise
+from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
 from physident.diagnosis.result.wording import Asked
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -34,7 +34,7 @@ class DiagnosisRecord:
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
     recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
     whether a change could be held against these. ``wrong_baseline`` has the joints (from 1) on which a search that found more than
-    a handful was stopped. ``path`` and ``sha256`` are those of the file that it was read from;
+    a handful was stopped, ``wrong_unseen`` those on which the extended model errs on the holdout by far more than noise and than its values leave open. ``path`` and ``sha256`` are those of the file that it was read from;
     ``model_file`` is the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the
     extended model; None where they were not saved.
     """
@@ -63,6 +63,7 @@ class DiagnosisRecord:
     warnings: tuple[str, ...] = ()
     missing_since_before: tuple[Finding, ...] = ()
     wrong_baseline: tuple[int, ...] = ()
+    wrong_unseen: tuple[int, ...] = ()
     controlled: bool | None = None
     path: Path | None = None
     sha256: str | None = None
@@ -107,13 +108,6 @@ class DiagnosisRecord:
         """The joints whose residual is more than noise, by the one rule of ``unexplained.above_noise_floor``."""
         return above_noise_floor(self.unexplained, self.noise_floor)
 
-    @property
-    def wrong_unseen(self) -> tuple[int, ...]:
-        """The joints (from 1) on which the extended model errs on the holdout by far more than noise."""
-        if self.scored_on != "holdout":
-            return ()
-        return beyond_noise(self.unexplained, self.noise_floor, self.after.rms)
-
     def short_name(self, path: str) -> str:
         """A recording's file name, or its whole path where several recordings have that name."""
         names = [Path(used.path).name for used in self.recordings]
@@ -129,6 +123,7 @@ class DiagnosisRecord:
             "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
             "controlled": self.controlled,
             "wrong_baseline": list(self.wrong_baseline),
+            "wrong_unseen": list(self.wrong_unseen),
             "score": {
                 "before": self.before.as_dict(),
                 "after": self.after.as_dict(),

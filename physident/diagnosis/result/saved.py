@@ -69,6 +69,7 @@ def _parsed(data: dict[str, Any], path: Path, sha256: str) -> DiagnosisRecord:
         simulated=READER.read(Simulated | None, data.get("simulated"), "simulated"),
         missing_since_before=_findings(data.get("missing_since_before", []), "missing_since_before"),
         wrong_baseline=READER.read(tuple[int, ...], data.get("wrong_baseline", []), "wrong_baseline"),
+        wrong_unseen=READER.read(tuple[int, ...], data.get("wrong_unseen", []), "wrong_unseen"),
         controlled=READER.read(bool | None, data.get("controlled"), "controlled"),
         warnings=READER.read(tuple[str, ...], data.get("warnings", []), "warnings"),
         model_file=READER.read(str | None, data.get("model_file"), "model_file"),  # absent in files of earlier versions

@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
-FAR = 2.0  # times what is left: noise is as large on any motion, and motions differ by less
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -85,16 +84,6 @@ def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | N
     """
     floor = np.zeros(len(unexplained)) if noise_floor is None else AT_FLOOR * noise_floor
     return tuple(one for one in unexplained if one.structured and one.rms > floor[one.joint - 1])
-
-
-def beyond_noise(unexplained: Sequence[Unexplained], noise_floor: Array | None, unseen: Array) -> tuple[int, ...]:
-    """Joints (from 1) whose error (n,) [N m|N] on ``unseen`` recordings is no noise: it is far above what is left of the diagnosed ones, and
-    what does not repeat."""
-    if not unexplained:
-        return ()
-    left = np.array([one.rms for one in unexplained])
-    level = left if noise_floor is None else np.maximum(left, noise_floor)
-    return tuple(int(j) + 1 for j in np.flatnonzero(unseen > FAR * level))
 
 
 def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:

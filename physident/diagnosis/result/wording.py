@@ -78,7 +78,7 @@ def wrong_baseline_sentence(
 def wrong_unseen_sentence(joints: Sequence[int]) -> str:
     """What it means that an extended model errs on the holdout by far more than noise."""
     where = f"joint{'s' if len(joints) > 1 else ''} {numbered(joints)}"
-    return f"on the holdout {where} err{'s' if len(joints) == 1 else ''} more than twice what is left of the diagnosed recordings: that is no noise"
+    return f"on the holdout {where} err{'s' if len(joints) == 1 else ''} more than twice what is left of the diagnosed recordings and the model's values leave open: that is no noise"
 
 
 def searches_in_words(stability: float) -> str:

@@ -24,6 +24,13 @@ def add_effect(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
 
     Raises InputError for a class that is not complete, and for a name that another effect has already.
     """
+    check_class(catalogue, effect, origin)
+    effect.origin = origin
+    catalogue[effect.name] = effect
+
+
+def check_class(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
+    """Raises InputError for what cannot be added to a catalogue, as in ``add_effect``."""
     where = f"{origin}: {getattr(effect, '__name__', effect)}"
     if not (inspect.isclass(effect) and issubclass(effect, Effect)):
         raise InputError(f"{where} is no effect; expected a subclass of physident.Effect")
@@ -44,8 +51,6 @@ def add_effect(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
     if known not in (None, effect) and known.origin != origin:
         whose = f"from {known.origin}" if known.origin else "of the catalogue"
         raise InputError(f"{where} has the name {name!r}, as the effect {whose}; expected a name of its own")
-    effect.origin = origin
-    catalogue[name] = effect
 
 
 _EXAMPLE = {"unit": "'N m'", "family": "Family.FRICTION, or another of physident.Family"}
