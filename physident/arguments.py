@@ -132,3 +132,10 @@ def _plain(value: object) -> object:
     if isinstance(value, list | tuple):
         return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
     return value
+
+
+def refuse_one_number(owner: str, **given: Any) -> None:
+    """Raises InputError, naming the ``owner``, for a value that is one number where several are expected in a row; None is no value."""
+    for name, value in given.items():
+        if value is not None and not hasattr(value, "__len__"):
+            raise InputError(f"{owner}: {name} is {value!r}, expected numbers in a row, such as ({value!r},)")

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.arguments import refuse_one_number
 from physident.effects.classification import (
     AddedInertia,
     Column,
@@ -65,16 +66,9 @@ class Effect(ABC):
     advance: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        self.check_in_a_row("joints")
+        refuse_one_number(self.name, joints=self.joints)
         if self.scope is Scope.WHOLE_ARM and self.joints is not None:
             raise InputError(f"{self.name} acts on the whole arm but joints are {self.joints}; leave joints out")
-
-    def check_in_a_row(self, *names: str) -> None:
-        """Raises InputError for a field that is one number, where several are expected in a row."""
-        for name in names:
-            given = getattr(self, name)
-            if given is not None and not hasattr(given, "__len__"):
-                raise InputError(f"{self.name}: {name} is {given!r}, expected numbers in a row, such as ({given!r},)")
 
     def active(self, robot: Robot) -> list[int]:
         """Indices (from 0) of the joints it acts on; raises InputError for a joint that the robot does not have."""

@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.arguments import refuse_one_number
 from physident.effects.classification import Column, Detection, Family
 from physident.effects.effect import Array, Effect, array_source
 from physident.effects.learned.spline import bumps, mode_count, modes, sizes
@@ -55,7 +56,7 @@ class LearnedCurve(Effect):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.check_in_a_row(*self.settings_by_joint)
+        refuse_one_number(self.name, **{name: getattr(self, name) for name in self.settings_by_joint})
         counts = {name: len(given) for name in self.settings_by_joint if (given := getattr(self, name)) is not None}
         joints = max(counts.values(), default=1) if self.joints is None else len(self.joints)
         for name, count in counts.items():
