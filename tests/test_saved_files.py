@@ -85,6 +85,7 @@ def test_diagnosis_file() -> None:
     again = without_leads(json.loads(json.dumps(record.as_dict())))
     # of a file from before these were known
     assert (again.pop("missing_since_before"), again.pop("controlled"), again.pop("wrong_baseline")) == ([], None, [])
+    assert again.pop("wrong_unseen") == []
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
