@@ -29,8 +29,9 @@ PART = slice(100, 110)  # samples of the motion that are evaluated alone
 def check_effect(effect: Effect | type[Effect], robot: Robot | str = "ur5", seed: int = 0) -> None:
     """Check an effect, or a class of effects with its shapes in the middle of their grids, against the contract of all effects.
 
-    The class as ``--effects-from`` requires it; then, on a random motion of ``robot``: shapes and units of its columns, the same values (E, N) [N m|N] for a part of a motion as for
-    the whole, the simulator's torque, energy where the effect is ``passive``, its text in a file, and its NumPy source. Raises
+    The class as ``--effects-from`` requires it; then, on a random motion of ``robot``: shapes and units of its columns, the same
+    values (E, N) [N m|N] for a part of a motion as for the whole, the simulator's torque, energy where the effect is ``passive``,
+    its text in a file, and its NumPy source. Raises
     AssertionError with one line for each clause that is broken, and InputError for a robot that does not exist.
     """
     arm = load_robot(robot) if isinstance(robot, str) else robot

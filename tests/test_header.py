@@ -89,7 +89,6 @@ def test_numbers_that_take_a_named_column_for_another_channel_are_refused() -> N
     with pytest.raises(pid.InputError, match=r"calls column 3 'tau_1', but .* take it for current"):
         ColumnLayout.parse("time=0,q=1:3,current=3:5", names)
     assert ColumnLayout.parse("time=0,q=1:3,tau=3:5", names).effort_kind == "torque"
-    assert (
-        ColumnLayout.parse("time=time,q=q,current=tau", names).effort_kind == "current"
-    )  # a name is meant as it is written
+    by_name = ColumnLayout.parse("time=time,q=q,current=tau", names)  # a name is meant as it is written
+    assert by_name.effort_kind == "current"
     assert ColumnLayout.parse("time=0,q=1:3,current=3:5", [*names[:3], "effort_1", "effort_2"]).effort == (3, 4)

@@ -181,6 +181,14 @@ def test_the_contract_names_what_is_broken(effect: type[pid.Effect], clause: str
         check_effect(effect)
 
 
+def test_the_contract_refuses_a_class_that_no_catalogue_takes() -> None:
+    class Open(pid.FormulaEffect):  # a dataclass of its own was forgotten
+        name, unit, family, formulas = "open", "N m", pid.Family.FRICTION, ("v",)
+
+    with pytest.raises(AssertionError, match="no frozen dataclass"):
+        check_effect(Open)
+
+
 @pytest.mark.parametrize("name", sorted(pid.CATALOGUE))
 def test_every_effect_of_the_catalogue_keeps_the_contract(name: str) -> None:
     check_effect(pid.CATALOGUE[name])

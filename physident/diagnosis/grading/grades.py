@@ -90,9 +90,8 @@ def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, controlled: bool) -> Finding:
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
     where = np.ones(len(sigma)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
-    rows = weighted_rows(
-        hypothesis
-    )  # errors are those of rows weighted by what their rests leave open, so the noise is too
+    # errors are those of rows weighted by what their rests leave open, so the noise is too
+    rows = weighted_rows(hypothesis)
     weights = where * rows / sigma**2
     right, usual = (float(np.sum(weights * level**2) / np.sum(weights)) for level in (expected.right, expected.usual))
     whole = _Share.of(finding.gain.rms_before**2, finding.gain.rms_after**2, right)

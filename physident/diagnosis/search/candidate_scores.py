@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 R = TypeVar("R")
 AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
 EVEN = 4  # parts at least, and a multiple of it: two or four processes then end together
-FEWEST = 24  # surrogates at least: the rows are read once for each such group
+FEWEST = 24  # surrogates, or little less where parts are even: the rows are read once for each such group
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -93,7 +93,8 @@ def _gains(c: DiagnosisRecord) -> list[str]:
 
 def _cautions(c: DiagnosisRecord) -> list[Markup]:
     """Warnings that belong before the answer."""
-    warnings = [f"{text[0].upper()}{text[1:]}." for text in c.warnings]
+    unseen = [wrong_unseen_sentence(c.wrong_unseen)] if c.wrong_unseen else []
+    warnings = [f"{text[0].upper()}{text[1:]}." for text in (*c.warnings, *unseen)]
     if passed := [p for p in c.placebos if p.passed]:
         warnings.append(
             f"{len(passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, were accepted too."
@@ -101,9 +102,6 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
         )
     if c.wrong_baseline:
         warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
-    if c.wrong_unseen:
-        sentence = wrong_unseen_sentence(c.wrong_unseen)
-        warnings.append(f"{sentence[0].upper()}{sentence[1:]}.")
     if c.incomplete and c.findings:
         warnings.append(INCOMPLETE_MODEL)
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
