@@ -220,8 +220,11 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: _Searched, judged
         judged, extended = _as_hints(judged), None
     causes = any(finding.grade == "cause" for finding in judged.findings)
     left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
-    unseen = extended or asked.original
-    wrong_unseen = beyond_noise(unseen, holdout, error_after, judged.unexplained, judged.noise_floor) if holdout else ()
+    wrong_unseen = (
+        beyond_noise(extended or asked.original, holdout, error_after, judged.unexplained, judged.noise_floor, changed)
+        if holdout
+        else ()
+    )
     return Diagnosis(
         question=asked.question,
         verdict=_verdict(causes, left or bool(wrong_unseen)),

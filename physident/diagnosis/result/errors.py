@@ -70,11 +70,12 @@ def beyond_noise(
     errors: JointErrors,
     unexplained: Sequence[Unexplained],
     noise_floor: Array | None,
+    changed: Estimate | None,
 ) -> tuple[int, ...]:
     """Joints (from 1) on which a model's ``errors`` on a holdout are no noise: far above what is left of the diagnosed recordings, or does not
-    repeat, and what the values of the model leave open."""
-    left = np.array([one.rms for one in unexplained])
-    level = left if noise_floor is None else np.maximum(left, noise_floor)
+    repeat, and what the values of the model leave open. What a model that has ``changed`` left on its own recordings is no change."""
+    levels = [np.array([one.rms for one in unexplained]), noise_floor, changed.sigma if changed else None]
+    level = np.max([one for one in levels if one is not None], axis=0)
     return tuple(int(j) + 1 for j in np.flatnonzero(errors.rms > FAR * np.hypot(level, _left_open(model, holdout))))
 
 
