@@ -7,18 +7,23 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.problem.candidates import candidate_effects
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.search.acceptance import holds_against_leaks
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.stability import stability
 from physident.diagnosis.stability.stability import searched_in_halves
+from physident.effects.transmission import CoupledFriction
 from physident.estimation.identify import prepare_all
+from physident.identifiability.base_parameters import random_motion
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.plant.laws import Dry
+from tests.serial_arms import make_arm
 
 SEEDS = (61, 63)
 PAIR = (5, 6)
@@ -34,6 +39,14 @@ def leaking(recording: pid.Recording) -> pid.Recording:
     effort = recording.effort.copy()
     effort[:, 5] += effort[:, 4] / 3
     return replace(recording, effort=effort)
+
+
+def recorded(
+    arm: Arm, folder: Path, change: Callable[[pid.Recording], pid.Recording], name: str = ""
+) -> list[pid.Recording]:
+    for seed in SEEDS:
+        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{name}{seed}.csv")
+    return [change(pid.load_recording(folder / f"{name}{seed}.csv")) for seed in SEEDS]
 
 
 def coupled() -> Arm:
@@ -63,9 +76,7 @@ def test_torque_that_leaks_is_no_coupling_and_no_gain(
     change: Callable[[pid.Recording], pid.Recording],
     holds: bool,
 ) -> None:
-    for seed in SEEDS:
-        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(tmp_path / f"{seed}.csv")
-    recordings = [change(pid.load_recording(tmp_path / f"{seed}.csv")) for seed in SEEDS]
+    recordings = recorded(arm, tmp_path, change)
     estimate = pid.identify(ur5, recordings)
     problem = state_problem("missing", estimate, prepare_all(ur5, recordings, estimate.filter), estimate.filter, 0)
     hypothesis = settled_hypothesis(problem, ())
@@ -77,11 +88,8 @@ def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
     tmp_path: Path, ur5: pid.Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of what beats chance only: what is too little to be judged may show in a half."""
-    runs: list[pid.Recording] = []
-    for name, arm in (("before", dry()), ("after", hide(dry(), "coulomb_friction", PAIR[0], 1.5))):
-        for seed in SEEDS:
-            record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(tmp_path / f"{name}{seed}.csv")
-            runs.append(leaking(pid.load_recording(tmp_path / f"{name}{seed}.csv")))
+    arms = (("before", dry()), ("after", hide(dry(), "coulomb_friction", PAIR[0], 1.5)))
+    runs = [one for name, arm in arms for one in recorded(arm, tmp_path, leaking, name)]
     estimate = pid.identify(ur5, runs[:2])
     problem = state_problem("different", estimate, prepare_all(ur5, runs[2:], estimate.filter), estimate.filter, 0)
     first, pair = score_candidates(settled_hypothesis(problem, ())), ("coupled_friction", PAIR)
@@ -90,3 +98,33 @@ def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
     monkeypatch.setattr(stability, "holds_against_leaks", lambda _, candidate: candidate.name != pair[0])
     assert every - searched_in_halves(first, ()) == {pair}
     assert searched_in_halves(first, (pair,)) == every
+
+
+def test_torque_that_leaks_into_another_channel_is_named_with_its_share(tmp_path: Path, ur5: pid.Robot) -> None:
+    recordings = recorded(dry(), tmp_path, leaking)
+    found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
+    (cause,) = found.causes
+    assert (cause.effect, cause.joints) == ("torque_crosstalk", (6,))
+    shares = {value.name: value.value for value in cause.parameters}
+    assert shares.pop("share_of_joint5") == pytest.approx(1 / 3, abs=0.03)
+
+
+def test_gears_that_couple_two_joints_are_no_crosstalk(tmp_path: Path, ur5: pid.Robot) -> None:
+    recordings = recorded(coupled(), tmp_path, lambda one: one)
+    found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
+    assert [(cause.effect, cause.joints) for cause in found.causes] == [("coupled_friction", PAIR)]
+
+
+def test_a_joint_that_slides_shares_no_motor_with_one_that_turns(tmp_path: Path) -> None:
+    """Where a quill slides between joints that turn, rad/s and m/s would have to be added; the same pairs of a planar arm are tried."""
+    pairs = {}
+    for name in ("scara", "seven"):
+        (tmp_path / f"{name}.urdf").write_text(make_arm(name, "dry").urdf, encoding="utf-8")
+        robot = pid.load_robot(tmp_path / f"{name}.urdf")
+        model = pid.Model(robot, pid.make_effects(["viscous_friction"]), np.zeros(robot.n))
+        tried = candidate_effects(model, [random_motion(robot, 0)])
+        pairs[name] = [joints for effect, joints, options in tried if effect == "coupled_friction" and options]
+        assert CoupledFriction().pairs(robot) == [(j - 1, k - 1) for j, k in pairs[name]]
+    assert pairs == {"scara": [(1, 2)], "seven": [(1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (6, 7)]}
+    with pytest.raises(pid.InputError, match=r"of joints \(2, 3\) of robot .* one turns and one slides"):
+        CoupledFriction((2, 3)).pairs(pid.load_robot(tmp_path / "scara.urdf"))

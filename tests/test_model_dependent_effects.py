@@ -101,6 +101,19 @@ def test_time_delay_and_torque_constant_act_on_the_motor_torque(ur5: pid.Robot) 
     np.testing.assert_allclose(0.002 * column[inner], (late - torque)[inner], atol=0.02 * np.abs(late - torque).max())
 
 
+def test_crosstalk_shows_a_share_of_the_other_joints_torques(ur5: pid.Robot) -> None:
+    signals = _fine_motion(ur5)
+    torque = _rnea(ur5.pinocchio, signals)
+    effect = ready("torque_crosstalk", joints=(2, 5))
+    shares = np.array([0.1, -0.2, 0.0, 0.3, 0.05, 0.2, 0.0, -0.1, 0.4, 0.0])
+    mixing = np.zeros((6, 6))
+    mixing[1, [0, 2, 3, 4, 5]], mixing[4, [0, 1, 2, 3, 5]] = shares[:5], shares[5:]
+    np.testing.assert_allclose(effect.regressor(ur5, signals) @ shares, torque @ mixing.T, atol=1e-9)
+    shown = effect.measure(ur5, shares, replace(signals, torque=torque)).torque
+    assert shown is not None
+    np.testing.assert_allclose(shown, torque + torque @ mixing.T, atol=1e-12)
+
+
 def test_contact_is_the_tools_jacobian(ur5: pid.Robot) -> None:
     signals = motion(ur5)
     effect = pid.CATALOGUE["contact"](intervals=((4.0, 5.2),))

@@ -30,7 +30,7 @@ def test_what_recordings_differ_by_is_found_beyond_the_noise(between: float, low
         ]
         columns = [np.column_stack([A, c]) for A, c in zip(columns, effect, strict=True)]
         rows = SimpleNamespace(recording=which, segment=which, kept_rate=10.0)
-        one = scatter_between(rows, columns, torque, effect)  # pyright: ignore[reportArgumentType]
+        one = scatter_between([rows], which, columns, torque, effect)  # pyright: ignore[reportArgumentType]
         assert one.count == recordings
         found.append(one.variance)
     assert low <= np.mean(found) <= high
@@ -43,8 +43,25 @@ def test_a_recording_that_does_not_show_an_effect_does_not_count() -> None:
     columns = np.column_stack([rng.standard_normal(len(which)), effect])
     torque = columns @ [1.0, 1.0] + 0.1 * rng.standard_normal(len(which))
     rows = SimpleNamespace(recording=which, segment=which, kept_rate=10.0)
-    one = scatter_between(rows, [columns], [torque], [effect])  # pyright: ignore[reportArgumentType]
+    one = scatter_between([rows], which, [columns], [torque], [effect])  # pyright: ignore[reportArgumentType]
     assert one.count == 2
+
+
+def test_what_changed_between_two_times_is_no_scatter_and_both_times_tell_of_it() -> None:
+    """Three recordings before and two after, whose mean size is 5 more: only what those of one time differ by counts."""
+    rng, found = np.random.default_rng(4), []
+    before, after = (SimpleNamespace(recording=np.repeat(np.arange(k), ROWS), kept_rate=10.0) for k in (3, 2))
+    for part in (before, after):
+        part.segment = part.recording
+    each = np.concatenate([before.recording, after.recording + 3])
+    for _ in range(300):
+        columns, effect = rng.standard_normal((len(each), 3)), rng.standard_normal(len(each))
+        size = rng.normal(np.array([1.0, 1.0, 1.0, 6.0, 6.0]), 0.5)[each]
+        torque = columns @ [1.0, -2.0, 0.5] + effect * size + 0.5 * rng.standard_normal(len(each))
+        one = scatter_between([before, after], each, [np.column_stack([columns, effect])], [torque], [effect])  # pyright: ignore[reportArgumentType]
+        assert one.count == 4  # as three differences are known
+        found.append(one.variance)
+    assert 0.2 < np.mean(found) < 0.3
 
 
 def test_long_waves_are_seen_in_long_blocks() -> None:

@@ -29,7 +29,7 @@ from physident.effects.learned.curves import (
     LearnedTime,
     LearnedVelocity,
 )
-from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueOffset, TorqueScale
+from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueCrosstalk, TorqueOffset, TorqueScale
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.thermal import FrictionLevel, WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
@@ -55,6 +55,7 @@ CATALOGUE: dict[str, Any] = {
         CoupledFriction,
         TorqueConstant,
         TorqueScale,
+        TorqueCrosstalk,
         TorqueOffset,
         TimeDelay,
         TorqueRipple,

@@ -14,6 +14,8 @@ from physident.effects.shared_scale import SharedScale, sized
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
+TOLD = 0.3  # of the largest share of another joint's torque: smaller ones are in the model, and not worth a word
+
 
 @dataclass(frozen=True)
 class TorqueConstant(Effect):
@@ -39,6 +41,88 @@ class TorqueConstant(Effect):
         scale = np.ones(robot.n)
         scale[self.active(robot)] += theta
         return replace(signals, torque=signals.torque * scale)
+
+
+@dataclass(frozen=True)
+class TorqueCrosstalk(Effect):
+    """tau_j = tau_m_j + sum over i != j of k_ji tau_m_i: the torque channel of a joint shows a share of what other joints carry.
+
+    tau_m is the model's torque without measurement effects. A sensor in a joint feels the bending that the torques about other axes
+    make, and its amplifier the wires beside it. k has no unit between two joints that turn, or two that slide.
+    """
+
+    name: ClassVar[str] = "torque_crosstalk"
+    unit: ClassVar[str] = "1"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    acts_on: ClassVar = "measurement"
+    needs_model: ClassVar[bool] = True
+    signature: ClassVar[str] = "a share of another joint's torque, also while this joint rests"
+    mistaken_for: ClassVar[str] = "coupled_friction: that acts on both joints and follows their speed"
+
+    @classmethod
+    def can_be_wrong(cls, robot: Robot) -> bool:
+        return robot.n > 1
+
+    def columns(self, robot: Robot) -> tuple[Column, ...]:
+        return tuple(
+            Column(f"{self.name}_{j + 1}_of_{i + 1}", _share_unit(robot, j, i), j + 1, self.name)
+            for j, i in self._leaks(robot)
+        )
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return signals.from_model("motor").T[[i for _, i in self._leaks(robot)]]
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        assert signals.torque is not None
+        return replace(signals, torque=signals.torque + signals.torque @ self._mixing(robot, theta).T)
+
+    def numpy_source(self, robot: Robot, theta: Array) -> str:
+        return f"motor @ {array_source(self._mixing(robot, theta).T)}"
+
+    def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
+        """The shares, each by the joint whose torque it is."""
+        leaks = zip(self._leaks(robot), self.columns(robot), strict=True)
+        return tuple(replace(column, name=f"share_of_joint{i + 1}") for (_, i), column in leaks), np.eye(
+            len(self.columns(robot))
+        )
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        """The largest shares of each channel, in words."""
+        sentences = []
+        for j in self.active(robot):
+            shares = {
+                i: (x, unit.unit)
+                for (k, i), x, unit in zip(self._leaks(robot), theta.tolist(), self.columns(robot), strict=True)
+                if k == j
+            }
+            largest = max(abs(x) for x, _ in shares.values())
+            order = sorted(shares, key=lambda i: -abs(shares[i][0]))
+            told = [_share_in_words(i, *shares[i]) for i in order if abs(shares[i][0]) > TOLD * largest]
+            sentences.append(f"The torque reading of joint {j + 1} also shows {' and '.join(told[:2])}.")
+        return " ".join(sentences)
+
+    def _leaks(self, robot: Robot) -> list[tuple[int, int]]:
+        """Each channel (index) that it acts on, with each other joint whose torque it shows."""
+        return [(j, i) for j in self.active(robot) for i in range(robot.n) if i != j]
+
+    def _mixing(self, robot: Robot, theta: Array) -> Array:
+        """Shares (n, n) of the joints' torques in each channel, beside its own."""
+        mixing = np.zeros((robot.n, robot.n))
+        for (j, i), share in zip(self._leaks(robot), theta.tolist(), strict=True):
+            mixing[j, i] = share
+        return mixing
+
+
+def _share_in_words(joint: int, share: float, unit: str) -> str:
+    """A share of the torque of a joint (index) in a channel, in words."""
+    size = f"{100 * share:.2g} %" if unit == "1" else f"{share:.2g} {unit}"
+    return f"{size} of what joint {joint + 1} carries"
+
+
+def _share_unit(robot: Robot, of: int, by: int) -> str:
+    """The unit of a share of one joint's torque in the channel of another."""
+    units = ["N" if robot.joints[k].kind == "prismatic" else "N m" for k in (of, by)]
+    return "1" if units[0] == units[1] else "/".join(units)
 
 
 @dataclass(frozen=True)

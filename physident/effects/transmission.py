@@ -55,8 +55,8 @@ class LoadDependentFriction(Effect):
 class CoupledFriction(Effect):
     """tau_j = tau_k = Fc sgn(v_j + v_k) + Fv (v_j + v_k): friction of a motor that turns two joints acts on both.
 
-    ``joints`` (j, k) is the pair; None for every pair of neighbours. Fc in N m, Fv in N m s/rad. Source: Gautier and
-    Khalil's wrist of the Staubli TX40, "Modeling, Identification and Control of Robots" (2002), sec. 12.
+    ``joints`` (j, k) is the pair, two that turn or two that slide; None for every such pair of neighbours. Fc in N m, Fv in N m s/rad.
+    Source: Gautier and Khalil's wrist of the Staubli TX40, "Modeling, Identification and Control of Robots" (2002), sec. 12.
     """
 
     name: ClassVar[str] = "coupled_friction"
@@ -72,12 +72,30 @@ class CoupledFriction(Effect):
         if self.joints is not None and len(set(self.joints)) != 2:
             raise InputError(f"coupled_friction: joints are {self.joints}, expected two different ones, (j, k)")
 
+    @classmethod
+    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
+        """The pair, where both of its joints turn or both slide."""
+        return super().search_options(robot, joints, signals) if _add_up(robot, joints[0] - 1, joints[1] - 1) else []
+
     def pairs(self, robot: Robot) -> list[tuple[int, int]]:
-        """The coupled pairs, as indices from 0; raises InputError for a robot with one joint."""
+        """The coupled pairs, as indices from 0; raises InputError for a robot without such a pair, and for one joint that turns and one
+        that slides."""
         active = self.active(robot)
-        if len(active) < 2:
-            raise InputError(f"coupled_friction: robot {robot.name} has one joint, expected two that share a motor")
-        return [(j, j + 1) for j in active[:-1]] if self.joints is None else [(active[0], active[1])]
+        if self.joints is None:
+            found = [(j, j + 1) for j in active[:-1] if _add_up(robot, j, j + 1)]
+        else:
+            found = [(active[0], active[1])]
+            if not _add_up(robot, *found[0]):
+                raise InputError(
+                    f"coupled_friction: of joints {self.joints} of robot {robot.name} one turns and one slides, expected two of one"
+                    " kind: a sum of rad/s and m/s is no speed of a motor"
+                )
+        if not found:
+            raise InputError(
+                f"coupled_friction: robot {robot.name} has no two joints in a row that both turn or both slide, as joints that share a"
+                " motor do; leave this effect out"
+            )
+        return found
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         kinds = (("coulomb", "N m"), ("viscous", "N m s/rad"))
@@ -113,6 +131,11 @@ class CoupledFriction(Effect):
         P, Fc, Fv = (array_source(x) for x in (selection, *theta.reshape(-1, 2).T))
         motor_velocity = f"(v @ {P}.T)"
         return f"({Fc} * np.tanh({motor_velocity} / {SHARPEST}) + {Fv} * {motor_velocity}) @ {P}"
+
+
+def _add_up(robot: Robot, j: int, k: int) -> bool:
+    """Whether the speeds of two joints (indices) have one unit, so that their sum may be a motor's."""
+    return (robot.joints[j].kind == "prismatic") == (robot.joints[k].kind == "prismatic")
 
 
 def _summed(signals: Signals, j: int, k: int) -> Signals:

@@ -17,7 +17,7 @@ SESSION_MEASURED = "#8C8C8C"
 MODELS = ("#E8772E", "#3D9BE0", "#1FB58A", "#CC79A7", "#B4A54B")
 POSITION, VELOCITY = "#1FB58A", "#3D9BE0"
 JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 31 colours can
+# one colour for each effect of the catalogue, the same in every figure, session and report: as different as 32 colours can
 # be for normal, protan and deutan eyes, and visible on a black and on a white background; the default effects and the most
 # frequent causes come first and differ most
 EFFECTS = {
@@ -35,6 +35,7 @@ EFFECTS = {
     "contact": "#A5E169",
     "torque_constant": "#00D2D2",
     "torque_scale": "#F0C300",
+    "torque_crosstalk": "#E178B4",
     "gravity_tilt": "#69A5FF",
     "gravity_magnitude": "#78A596",
     "link_inertia": "#A54B69",

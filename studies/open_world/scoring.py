@@ -19,7 +19,8 @@ from studies.open_world.value import value_error
 from studies.open_world.world import OutsideCause
 
 Array = NDArray[np.float64]
-CURVES = {  # what the kinds of background of both worlds are functions of
+NAMES = {  # what the kinds of background of both worlds are, or are functions of
+    **dict.fromkeys(("CrossTalk", "Crosstalk"), "torque_crosstalk"),
     **dict.fromkeys(("Cable", "Cogging", "DressPack", "WanderingCogging"), "learned_position"),
     **dict.fromkeys(("BentFriction", "ThickeningGrease"), "learned_velocity"),
     "WanderingZero": "learned_time",
@@ -182,7 +183,7 @@ def true_of(scene: Scene) -> set[Key]:
         fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
         own = {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
         return own | ({("friction_level", ())} if fell else set())
-    own = _background(scene, CURVES)
+    own = _background(scene, NAMES)
     if friction.kind == "smooth":
         return own
     dips = [j for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]]

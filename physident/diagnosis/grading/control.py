@@ -88,7 +88,7 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
     have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
-    certain each must be (Bonferroni). A difference must also be larger than those between the control's own recordings.
+    certain each must be (Bonferroni). A difference must also be larger than those among the control's recordings and among the new ones.
     """
     joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
@@ -110,15 +110,15 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
 class _JointFit:
     """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise;
     the first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
-    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings, in order. In the control's
-    rows the effects have the columns ``before`` (M', k), and their sizes ``scatter`` between its recordings."""
+    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings, in order. The effects have the columns
+    ``shown`` (M, k) in all rows, and their sizes ``scatter`` between the recordings of either part."""
 
     columns: tuple[Array, ...]
     torque: tuple[Array, ...]
     common: int
     segment: NDArray[np.intp]
     parts: tuple[Regressor, Regressor]
-    before: tuple[Array, ...]
+    shown: tuple[Array, ...]
     known: dict[int, Scatter] = field(default_factory=dict, init=False)  # what scatter has computed
 
     @cached_property
@@ -147,16 +147,13 @@ class _JointFit:
 
     def scatter(self, k: int) -> Scatter:
         """By how much the size of an effect (its place among those tested) differs between a recording before and one after, by
-        what the control's own recordings differ."""
-        control, new = self.parts
+        what the recordings of either time differ among themselves."""
         if k not in self.known:
-            rows = [
-                (A[: len(control.time), : self.common], y[: len(control.time)], c[:, k])
-                for A, y, c in zip(self.columns, self.torque, self.before, strict=True)
-            ]
-            self.known[k] = scatter_between(control, *zip(*rows, strict=True))
+            columns = [A[:, : self.common] for A in self.columns]
+            effect = [c[:, k] for c in self.shown]
+            self.known[k] = scatter_between(self.parts, self.segment, columns, self.torque, effect)
         one = self.known[k]
-        means = sum(1 / len(np.unique(part.recording)) for part in (control, new))
+        means = sum(1 / len(np.unique(part.recording)) for part in self.parts)
         return replace(one, variance=one.variance * means)
 
     def _chance(self, x: float, push: Array, scatter: Scatter) -> float:
@@ -185,14 +182,14 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         sigma = _size(A, y)
         columns.append(A / sigma)
         torque.append(y / sigma)
-        shown.append(_dense(before, j) @ free / sigma)
+        shown.append(np.concatenate([_dense(rows, j) @ free for rows in (before, after)]) / sigma)
     return _JointFit(
         columns=tuple(columns),
         torque=tuple(torque),
         common=len(common),
         segment=np.concatenate([before.segment, after.segment + before.segment.max() + 1]),
         parts=(before, after),
-        before=tuple(shown),
+        shown=tuple(shown),
     )
 
 

@@ -52,36 +52,49 @@ def block_variances(push: Array, segment: NDArray[np.intp], parts: Sequence[Regr
 
 
 def scatter_between(
-    rows: Regressor, columns: Sequence[Array], torque: Sequence[Array], effect: Sequence[Array]
+    parts: Sequence[Regressor],
+    segment: NDArray[np.intp],
+    columns: Sequence[Array],
+    torque: Sequence[Array],
+    effect: Sequence[Array],
 ) -> Scatter:
-    """By how much the size of an effect differs between the recordings of some ``rows``, beyond what noise makes of it.
+    """By how much the size of an effect differs between the recordings of one state of an arm, beyond what noise makes of it.
 
-    Each recording is held against the others: all parameters, whose ``columns`` (M, p) of each joint are in units of its noise,
-    as the ``torque`` (M,), are common, and the size of the ``effect`` (M,) may differ. What is left where every recording has a
+    ``parts`` have the rows of each state in order, M in all, whose contiguous ones ``segment`` (M,) labels. Each recording is held against
+    the others of its part: all parameters, whose ``columns`` (M, p) of each joint are in units of its noise, as the ``torque`` (M,), are common
+    but for one size of the ``effect`` (M,) in each part, and its size in this recording may differ. What is left where every recording has a
     size of its own is noise. Source: the moment estimator of a random effect, DerSimonian and Laird, "Meta-analysis in clinical
-    trials" (1986).
+    trials" (1986), pooled over the parts as Student's two samples are.
     """
-    masks = [rows.recording == recording for recording in np.unique(rows.recording)]
+    recordings = [(k, one) for k, part in enumerate(parts) for one in np.unique(part.recording)]
+    each = np.concatenate([part.recording for part in parts])
+    place = np.concatenate([np.full(len(part.recording), k) for k, part in enumerate(parts)])
+    masks = [(place == k) & (each == one) for k, one in recordings]
     own = [[c * mask for mask in masks] for c in effect]
-    inverse, left = _fitted(columns, torque)
-    noise = _fitted([np.column_stack([A, *parts]) for A, parts in zip(columns, own, strict=True)], torque)[1]
+    apart = [
+        np.column_stack([A, *(c * (place == k) for k in range(len(parts)))])
+        for A, c in zip(columns, effect, strict=True)
+    ]
+    inverse, left = _fitted(apart, torque)
+    noise = _fitted([np.column_stack([A, *some]) for A, some in zip(columns, own, strict=True)], torque)[1]
     found = []
-    for parts in zip(*own, strict=True):
-        moved = inverse @ np.sum([A.T @ c for A, c in zip(columns, parts, strict=True)], axis=0)
-        apart = [c - A @ moved for A, c in zip(columns, parts, strict=True)]
-        size = sum(float(c @ c) for c in apart)
-        if size <= INSIDE * sum(float(c @ c) for c in parts):
-            continue  # this recording does not show the effect apart from all else
-        difference = sum(float(c @ r) for c, r in zip(apart, left, strict=True)) / size
-        push = np.sum([c * r for c, r in zip(apart, noise, strict=True)], axis=0) / size
-        found.append((difference, max(variance for variance, _ in block_variances(push, rows.segment, [rows]))))
+    for (k, _), some in zip(recordings, zip(*own, strict=True), strict=True):
+        moved = inverse @ np.sum([A.T @ c for A, c in zip(apart, some, strict=True)], axis=0)
+        beside = [c - A @ moved for A, c in zip(apart, some, strict=True)]
+        size = sum(float(c @ c) for c in beside)
+        if size <= INSIDE * sum(float(c @ c) for c in some):
+            continue  # this recording does not show the effect apart from all else, or it is the only one of its part
+        difference = sum(float(c @ r) for c, r in zip(beside, left, strict=True)) / size
+        push = np.sum([c * r for c, r in zip(beside, noise, strict=True)], axis=0) / size
+        found.append((difference, max(variance for variance, _ in block_variances(push, segment, parts)), k))
     if len(found) < 2:
         return ALIKE
-    differences, variances = np.array(found).T
+    differences, variances, part_of = np.array(found).T
+    _, which, shown = np.unique(part_of, return_inverse=True, return_counts=True)
     weights = 1 / np.maximum(variances, 1e-300)
-    beyond = float(np.sum(weights * differences**2 - 1)) / float(weights.sum())
-    # a recording differs from the others by its own deviation and by theirs
-    return Scatter(variance=max(0.0, beyond) * (len(found) - 1) / len(found), count=len(found))
+    # a recording differs from the others of its part by its own deviation and by theirs
+    beyond = weights * (differences**2 - variances) * (1 - 1 / shown[which])
+    return Scatter(variance=max(0.0, float(beyond.sum() / weights.sum())), count=len(found) - len(shown) + 1)
 
 
 def _fitted(columns: Sequence[Array], torque: Sequence[Array]) -> tuple[Array, list[Array]]:

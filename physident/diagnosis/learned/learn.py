@@ -19,7 +19,7 @@ from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.result.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, is_worth_naming, left_out_costs
 from physident.diagnosis.search.candidate_scores import over_surrogates, score_candidates
-from physident.diagnosis.search.forward_search import SearchResult, placed, without_redundant
+from physident.diagnosis.search.forward_search import HANDFUL, SearchResult, count_findings, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import effect_threshold
@@ -38,7 +38,7 @@ MOST = 4  # curves: what takes more is no joint's own quantity
 def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
     """A finished search, with curves beside its effects or in their place where these are better on left-out rows."""
     start = found.last.hypothesis
-    if found.overfull or start.problem.resting_joints.issuperset(range(1, start.problem.model.robot.n + 1)):
+    if start.problem.resting_joints.issuperset(range(1, start.problem.model.robot.n + 1)):
         return found
     joints = joints_with_structure(start)
     if not joints:
@@ -46,19 +46,20 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
     pool, threshold = CurvePool.of(start, joints), found.last.threshold
     now = state_hypothesis(pool.problem, start.accepted, start.model, pool.data)
     now = _with_replacements(now, pool, threshold, progress)
-    for _ in range(MOST):
+    overfull = found.overfull and count_findings(start.problem, now.accepted) > HANDFUL
+    for _ in range(0 if overfull else MOST):
         better = _best_beside(now, pool, threshold)
         if better is None:
             break
         progress(f"learned {placed(better)}")
         now = state_hypothesis(now.problem, (*now.accepted, better), now.model, now.data)
-    now = _with_one_story(now, pool, threshold, progress)
+    now = now if overfull else _with_one_story(now, pool, threshold, progress)
     curves = [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]
     if len(now.accepted) == len(start.accepted) and all(
         a is b for a, b in zip(now.accepted, start.accepted, strict=True)
     ):
         return found
-    return _finished(found, pool, now, curves)
+    return _finished(replace(found, overfull=overfull), pool, now, curves)
 
 
 def joints_with_structure(hypothesis: Hypothesis) -> list[int]:

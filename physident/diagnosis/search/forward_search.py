@@ -100,7 +100,7 @@ def search_effects(
     assert last is not None
     if last.hypothesis.problem is not problem:  # what was replaced may be a rival
         last = replace(last, hypothesis=replace(last.hypothesis, problem=problem))
-    overfull = _count(problem, last.hypothesis.accepted) > HANDFUL
+    overfull = count_findings(problem, last.hypothesis.accepted) > HANDFUL
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
 
 
@@ -120,7 +120,7 @@ def _without(problem: DiagnosisProblem, keys: Sequence[Key]) -> DiagnosisProblem
     return replace(problem, barred=problem.barred | set(keys))
 
 
-def _count(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int:
+def count_findings(problem: DiagnosisProblem, accepted: Sequence[AcceptedEffect]) -> int:
     """How many findings some accepted effects make, the same effect on several joints as one; without the default effects that
     the model lacked, and without contacts, which say nothing about the baseline."""
     own = {one.candidate.key for one in problem.missing_default_effects}
@@ -163,7 +163,7 @@ def _add_while_better(
         progress(f"added {placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
         scores = rescore_candidates(hypothesis, scores)
-        full = _count(problem, accepted) > HANDFUL
+        full = count_findings(problem, accepted) > HANDFUL
         if full or not is_beyond_doubt(scores):
             fresh = score_candidates(hypothesis)
             scores = replace(fresh, chance={**scores.chance, **fresh.chance})
