@@ -136,7 +136,7 @@ def _search(effect: Effect, robot: Robot, motion: Signals) -> Iterator[str]:
     cls = type(effect)
     if cls.detection is not Detection.BY_PLACE:
         return
-    for place in cls.scope.places(robot.n):
+    for place in cls.places(robot):
         if not cls.search_options(robot, place, [motion]):
             yield f"search_options gives nothing to try on {place}"
 

@@ -21,6 +21,7 @@ from physident.diagnosis.stability.stability import searched_in_halves
 from physident.effects.transmission import CoupledFriction
 from physident.estimation.identify import prepare_all
 from physident.identifiability.base_parameters import random_motion
+from physident.identifiability.identifiability import measure_identifiability
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.plant.laws import Dry
 from tests.serial_arms import make_arm
@@ -128,3 +129,30 @@ def test_a_joint_that_slides_shares_no_motor_with_one_that_turns(tmp_path: Path)
     assert pairs == {"scara": [(1, 2)], "seven": [(1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (6, 7)]}
     with pytest.raises(pid.InputError, match=r"of joints \(2, 3\) of robot .* one turns and one slides"):
         CoupledFriction((2, 3)).pairs(pid.load_robot(tmp_path / "scara.urdf"))
+
+
+def test_a_load_and_a_sensor_that_leaks_are_both_new_and_their_model_is_of_the_new_arm(
+    tmp_path: Path, ur5: pid.Robot
+) -> None:
+    """Each is a change of its own: neither may be held for old because the other one changed. And the model that holds both is no model of the
+    recordings from before: beside it, the arm as it was has changed back."""
+    before = recorded(dry(), tmp_path, lambda one: one, "before")
+    after = recorded(hide(dry(), "payload", (), 1.0), tmp_path, leaking, "after")
+    found = pid.diagnose_motion(pid.identify(ur5, before), after[:1])
+    assert {(f.effect, f.joints) for f in found.causes} == {("payload", ()), ("torque_crosstalk", (6,))}
+    assert not found.missing_since_before
+    assert found.estimate is not None
+    assert {source.path for source in found.estimate.sources} == {after[0].source}
+    back = pid.diagnose_motion(found.estimate, before[1:])
+    assert {(f.effect, f.joints) for f in back.causes} == {("payload", ()), ("torque_crosstalk", (6,))}
+    mass = next(f for f in back.causes if f.effect == "payload").parameters[0]
+    assert mass.change == pytest.approx(-1.0, abs=0.05)
+
+
+def test_effects_without_a_place_on_an_arm_leave_the_table_of_all_effects_whole(tmp_path: Path) -> None:
+    (tmp_path / "scara.urdf").write_text(make_arm("scara", "dry").urdf, encoding="utf-8")
+    robot = pid.load_robot(tmp_path / "scara.urdf")
+    motion = random_motion(robot, 0)
+    table = measure_identifiability(robot, [replace(motion, torque=0.1 * motion.v)], pid.Filter(5.0))
+    assert [cell.joints for cell in table.cells if cell.effect == "coupled_friction"] == [(1, 2)]
+    assert {cell.joints for cell in table.cells if cell.effect == "torque_crosstalk"} == {(1,), (2,), (3,), (4,)}

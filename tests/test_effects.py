@@ -106,7 +106,7 @@ def test_pointwise_effects_have_no_memory(name: str, ur5: pid.Robot) -> None:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_places_are_joints_that_the_effect_accepts(name: str, ur5: pid.Robot) -> None:
     cls = pid.CATALOGUE[name]
-    places = cls.scope.places(6)
+    places = cls.places(ur5)
     assert places
     for place in places:
         columns = cls.at_grid_middle(place or None).columns(ur5)

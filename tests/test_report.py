@@ -59,6 +59,16 @@ def page_of(folder: Path, edit: Callable[[dict[str, Any]], object] = lambda _: N
     return read_page((folder / "changed.html").read_text(encoding="utf-8"))
 
 
+def test_what_the_model_lacked_before_stands_apart_from_what_has_changed(folder: Path) -> None:
+    def as_old(data: dict[str, Any]) -> None:
+        data["missing_since_before"] = data["findings"]
+
+    title = "What the model lacked before, too"
+    (section,) = [one for one in page_of(folder, as_old).all("section") if one.all("h2")[0].text == title]
+    assert [item.text for item in section.all("li")] == ["Load-dependent friction on joint 2"]
+    assert title not in page_of(folder).text
+
+
 def test_the_answer_comes_first_and_numbers_are_those_of_the_diagnosis(folder: Path) -> None:
     page, data = page_of(folder), json.loads((folder / "diagnosis.json").read_text())
     (head,) = page.all("h1")

@@ -125,8 +125,13 @@ class Effect(ABC):
         return np.zeros((len(self.columns(robot)), len(speeds)))
 
     @classmethod
+    def places(cls, robot: Robot) -> list[tuple[int, ...]]:
+        """The places where it can act on a robot, each as joint numbers (from 1); the whole arm has none."""
+        return cls.scope.places(robot.n)
+
+    @classmethod
     def can_be_wrong(cls, robot: Robot) -> bool:
-        """Whether a diagnosis looks for it at all: whether the robot's description can be wrong about it."""
+        """Whether a diagnosis looks for it: whether the robot's description can be wrong about it."""
         return True
 
     def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
@@ -167,8 +172,7 @@ class Effect(ABC):
 
     @classmethod
     def options_beside(cls, robot: Robot, present: Sequence[tuple[Effect, Array]]) -> Sequence[Self] | None:
-        """The concrete effects that a diagnosis tries where they depend on a model's effects and their parameters (k,), as those that
-        scale a part of it do; None, the default, for ``search_options``."""
+        """What a diagnosis tries where that depends on a model's effects and their parameters (k,); None, the default, for ``search_options``."""
         return None
 
     def once_sized(self, theta: Array) -> Effect:
@@ -216,10 +220,7 @@ class Effect(ABC):
     # simulation: what the plant does and what the instruments show
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia | None:
-        """The inertia it adds to the arm, where its torque with parameters ``theta`` (k,) is that of inertia alone.
-
-        None, the default, means that the simulator evaluates ``torque_at``.
-        """
+        """The inertia it adds to the arm, where its torque with parameters ``theta`` (k,) is inertia's alone; None, the default: ``torque_at``."""
         return None
 
     def state_size(self, robot: Robot) -> int:
@@ -244,8 +245,7 @@ class Effect(ABC):
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         """What the instruments of a simulated arm show of the true signals, whose torque (N, n) is that of the drives.
 
-        An effect on the plant changes nothing here. Any other effect adds its torque. That is exact for a torque
-        measurement and of first order for a motion sensor, which may override it with the exact map.
+        An effect on the plant changes nothing; any other adds its torque: exact for a torque measurement, of first order for a motion sensor.
         """
         if self.acts_on == "plant" or signals.torque is None:
             return signals

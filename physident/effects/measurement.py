@@ -60,12 +60,12 @@ class TorqueCrosstalk(Effect):
     mistaken_for: ClassVar[str] = "coupled_friction: that acts on both joints and follows their speed"
 
     @classmethod
-    def can_be_wrong(cls, robot: Robot) -> bool:
-        return robot.n > 1
+    def places(cls, robot: Robot) -> list[tuple[int, ...]]:
+        return super().places(robot) if robot.n > 1 else []
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(
-            Column(f"{self.name}_{j + 1}_of_{i + 1}", _share_unit(robot, j, i), j + 1, self.name)
+            Column(f"{self.name}_share_of_joint{i + 1}_{j + 1}", _share_unit(robot, j, i), j + 1, self.name)
             for j, i in self._leaks(robot)
         )
 
@@ -79,27 +79,16 @@ class TorqueCrosstalk(Effect):
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         return f"motor @ {array_source(self._mixing(robot, theta).T)}"
 
-    def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
-        """The shares, each by the joint whose torque it is."""
-        leaks = zip(self._leaks(robot), self.columns(robot), strict=True)
-        return tuple(replace(column, name=f"share_of_joint{i + 1}") for (_, i), column in leaks), np.eye(
-            len(self.columns(robot))
-        )
-
     def in_words(self, robot: Robot, theta: Array) -> str:
         """The largest shares of each channel, in words."""
-        sentences = []
-        for j in self.active(robot):
-            shares = {
-                i: (x, unit.unit)
-                for (k, i), x, unit in zip(self._leaks(robot), theta.tolist(), self.columns(robot), strict=True)
-                if k == j
-            }
-            largest = max(abs(x) for x, _ in shares.values())
-            order = sorted(shares, key=lambda i: -abs(shares[i][0]))
-            told = [_share_in_words(i, *shares[i]) for i in order if abs(shares[i][0]) > TOLD * largest]
-            sentences.append(f"The torque reading of joint {j + 1} also shows {' and '.join(told[:2])}.")
-        return " ".join(sentences)
+        shares: dict[int, dict[str, dict[int, float]]] = {j: {} for j in self.active(robot)}
+        for (j, i), column, x in zip(self._leaks(robot), self.columns(robot), theta.tolist(), strict=True):
+            shares[j].setdefault(column.unit, {})[i] = x  # a share has others of its unit to be small beside
+        return " ".join(
+            f"The torque reading of joint {j + 1} also shows {' and '.join(told)}."
+            for j, by_unit in shares.items()
+            if (told := [words for unit, some in by_unit.items() for words in _largest_in_words(some, unit)])
+        )
 
     def _leaks(self, robot: Robot) -> list[tuple[int, int]]:
         """Each channel (index) that it acts on, with each other joint whose torque it shows."""
@@ -113,16 +102,20 @@ class TorqueCrosstalk(Effect):
         return mixing
 
 
-def _share_in_words(joint: int, share: float, unit: str) -> str:
-    """A share of the torque of a joint (index) in a channel, in words."""
-    size = f"{100 * share:.2g} %" if unit == "1" else f"{share:.2g} {unit}"
-    return f"{size} of what joint {joint + 1} carries"
+def _largest_in_words(shares: dict[int, float], unit: str) -> list[str]:
+    """The largest of some ``shares`` of joints (indices) in one channel, two at most."""
+    order = sorted(shares, key=lambda i: -abs(shares[i]))[:2]
+    told = {i: shares[i] for i in order if abs(shares[i]) > TOLD * abs(shares[order[0]])}
+    size = {i: f"{100 * x:.2g} %" if unit == "1" else f"{x:.2g} {unit}" for i, x in told.items()}
+    return [f"{size[i]} of what joint {i + 1} carries" for i in told]
 
 
 def _share_unit(robot: Robot, of: int, by: int) -> str:
     """The unit of a share of one joint's torque in the channel of another."""
-    units = ["N" if robot.joints[k].kind == "prismatic" else "N m" for k in (of, by)]
-    return "1" if units[0] == units[1] else "/".join(units)
+    slides, other = (robot.joints[k].kind == "prismatic" for k in (of, by))
+    if slides == other:
+        return "1"
+    return "N/(N m)" if slides else "N m/N"
 
 
 @dataclass(frozen=True)

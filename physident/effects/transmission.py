@@ -73,9 +73,8 @@ class CoupledFriction(Effect):
             raise InputError(f"coupled_friction: joints are {self.joints}, expected two different ones, (j, k)")
 
     @classmethod
-    def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
-        """The pair, where both of its joints turn or both slide."""
-        return super().search_options(robot, joints, signals) if _add_up(robot, joints[0] - 1, joints[1] - 1) else []
+    def places(cls, robot: Robot) -> list[tuple[int, ...]]:
+        return [(j, k) for j, k in super().places(robot) if _add_up(robot, j - 1, k - 1)]
 
     def pairs(self, robot: Robot) -> list[tuple[int, int]]:
         """The coupled pairs, as indices from 0; raises InputError for a robot without such a pair, and for one joint that turns and one

@@ -149,12 +149,17 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
         blocks[-1] = [row + more for row, more in zip(blocks[-1], column, strict=True)]
     rows = [row.rstrip() for block in blocks for row in (*block, "")][:-1]
     others = [i for i, c in enumerate(model.columns) if c.effect in effects and c.effect not in single]
-    for i in others[:MAX_LISTED]:
+    surest = sorted(others, key=lambda i: -abs(estimate.theta[i]) / max(errors[i], 1e-300))[:MAX_LISTED]
+    for i in sorted(surest):
         c = model.columns[i]
-        value = "not sized" if c.name in estimate.unsized else f"{_value(estimate.theta[i], errors[i])} {c.unit}"
+        value = (
+            "not sized"
+            if c.name in estimate.unsized
+            else f"{_value(estimate.theta[i], errors[i])} {c.unit}".removesuffix(" 1")
+        )
         rows.append(f"{c.name} = {value}")
     if len(others) > MAX_LISTED:
-        rows.append(f"and {len(others) - MAX_LISTED} more values in the model file")
+        rows.append(f"and {len(others) - MAX_LISTED} less certain values in the model file")
     rows += _curves(estimate)
     for f in estimate.shape_parameters:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")

@@ -14,6 +14,7 @@ from physident.errors import InputError, did_you_mean
 from physident.excitation.criterion.separation import Separation, Term
 from physident.excitation.task import Task, scaled_to_unit_size
 from physident.identifiability.base_parameters import find_base_parameters
+from physident.robots.robot import Robot
 
 SHAPE_VALUES = 3  # of an effect's grid of shape values: its quarters
 
@@ -47,7 +48,7 @@ class Rivals:
         variants = self.variants[0] if name == self.a else self.variants[1]
         if CATALOGUE[name].scope is Scope.WHOLE_ARM:
             return list(variants)
-        place = _place(name, joint, self.reduced_model.robot.n)
+        place = _place(name, joint, self.reduced_model.robot)
         return [replace(effect, joints=place, **_shape_at(effect, joint)) for effect in variants]
 
 
@@ -65,12 +66,10 @@ def rivals_of(model: Model, a: str, b: str, joint: int | None = None) -> Rivals:
             )
     if a == b:
         raise InputError(f"effect {a!r} was given twice, expected two different effects")
-    n = model.robot.n
-    possible = [j for j in range(1, n + 1) if all(_place(name, j, n) is not None for name in (a, b))]
+    robot = model.robot
+    possible = [j for j in range(1, robot.n + 1) if all(_place(name, j, robot) is not None for name in (a, b))]
     if not possible:
-        raise InputError(
-            f"robot {model.robot.name} has no joint for {a} beside {b}, expected effects that need fewer joints"
-        )
+        raise InputError(f"robot {robot.name} has no joint for {a} beside {b}, expected effects that need fewer joints")
     if joint is not None and joint not in possible:
         raise InputError(f"joint {joint} has no {a} beside {b}, expected one of {', '.join(map(str, possible))}")
     joints = tuple(possible) if joint is None else (joint,)
@@ -108,9 +107,9 @@ def task_of_rivals(rivals: Rivals, task: Task) -> tuple[Task, Separation]:
     return scaled_to_unit_size(unscaled), Separation(len(baseline), tuple(terms))
 
 
-def _place(name: str, joint: int, n: int) -> tuple[int, ...] | None:
-    """The place of an effect that begins at a joint (from 1) of n, the whole arm for any joint; None where it has none."""
-    return next((place for place in CATALOGUE[name].scope.places(n) if place[:1] in ((), (joint,))), None)
+def _place(name: str, joint: int, robot: Robot) -> tuple[int, ...] | None:
+    """The place of an effect that begins at a joint (from 1) of a robot, the whole arm for any joint; None where it has none."""
+    return next((place for place in CATALOGUE[name].places(robot) if place[:1] in ((), (joint,))), None)
 
 
 def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect, ...]:
@@ -118,7 +117,7 @@ def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect,
     cls = CATALOGUE[name]
     where = None if cls.scope is Scope.WHOLE_ARM else joints
     if cls.scope is Scope.NEIGHBOURS:
-        return tuple(cls(joints=_place(name, joint, model.robot.n)) for joint in joints)
+        return tuple(cls(joints=_place(name, joint, model.robot)) for joint in joints)
     beside = cls.options_beside(model.robot, model.effect_parameters()) or ()
     if not cls.shape_parameters:
         held = [effect for effect in model.effects if effect.name == name]

@@ -86,7 +86,7 @@ def measure_identifiability(
             continue
         row = []
         recorded = not cls.needs_temperature or all(one.temperature is not None for one in signals)
-        for joints in cls.scope.places(robot.n):
+        for joints in cls.places(robot):
             if not recorded:
                 row.append((joints, 0.0, 0.0, 0.0))
                 continue
@@ -122,7 +122,8 @@ def _text(table: Identifiability) -> list[str]:
     rows = [f"{'effect':<28}" + "".join(f"{'J' + str(j):>8}" for j in range(1, table.joints + 1)) + "   needs"]
     for name in dict.fromkeys(c.effect for c in table.cells):
         row = [c for c in table.cells if c.effect == name]
-        cells = "".join(_cell(c) for c in row)
+        at = {(c.joints or (1,))[0]: _cell(c) for c in row}
+        cells = "".join(at.get(j, " " * 8) for j in range(1, table.joints + 1))
         needed = max(c.cutoff for c in row)
         band = f"{needed:.1f} Hz" if needed > table.cutoff else ""
         rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}")

@@ -30,17 +30,15 @@ class Visibility:
         return {"share": {column.name: None if np.isnan(share) else share for column, share in named}}
 
     def __repr__(self) -> str:
-        rows = [
-            "effect                    " + "".join(f"{j:>9d}" for j in range(1, max(c.joint for c in self.columns) + 1))
-        ]
-        kinds = dict.fromkeys((c.effect, c.name.rsplit("_", 1)[0]) for c in self.columns)
-        for effect, label in kinds:
-            cells = {
-                c.joint: s
-                for c, s in zip(self.columns, self.share, strict=True)
-                if (c.effect, c.name.rsplit("_", 1)[0]) == (effect, label)
-            }
-            rows.append(f"{label:<26}" + "".join(_cell(cells[j]) if j in cells else " " * 9 for j in sorted(cells)))
+        joints = range(1, max(c.joint for c in self.columns) + 1)
+        cells: dict[str, dict[int, float]] = {}
+        for c, share in zip(self.columns, self.share, strict=True):
+            label = "_".join(part for part in c.name.split("_") if not part.isdigit())
+            cells.setdefault(label, {})[c.joint] = share
+        width = max(map(len, ("effect", *cells))) + 1
+        rows = [f"{'effect':<{width}}" + "".join(f"{j:>9d}" for j in joints)]
+        for label, row in cells.items():
+            rows.append(f"{label:<{width}}" + "".join(_cell(row[j]) if j in row else " " * 9 for j in joints).rstrip())
         hidden = sum(not s >= VISIBLE for s in self.share)
         rows.append(
             "share of each column's energy that the other columns cannot reproduce; . is none, o is no excitation"

@@ -16,7 +16,7 @@ from physident.report.markup import tag
 from physident.report.reread import reread
 from physident.report.sections.advice import advice
 from physident.report.sections.answer import answer
-from physident.report.sections.causes import causes
+from physident.report.sections.causes import causes, lacked_before
 from physident.report.sections.evidence import evidence
 from physident.report.sections.joint_errors import joint_errors
 from physident.report.sections.provenance import provenance
@@ -54,7 +54,7 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("style", Markup(STYLE)),
     )
     sections = [
-        answer(c, recordings, date.today()), joint_errors(c), *causes(c), torques(c, recordings), *evidence(c), unseen(c), advice(c),
+        answer(c, recordings, date.today()), joint_errors(c), *causes(c), *lacked_before(c), torques(c, recordings), *evidence(c), unseen(c), advice(c),
         provenance(c, recordings, command),
     ]  # fmt: skip
     return f"<!doctype html>\n{tag('html', head, tag('body', tag('main', *sections)), lang='en')}\n"

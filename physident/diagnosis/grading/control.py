@@ -149,9 +149,9 @@ class _JointFit:
         """By how much the size of an effect (its place among those tested) differs between a recording before and one after, by
         what the recordings of either time differ among themselves."""
         if k not in self.known:
-            columns = [A[:, : self.common] for A in self.columns]
             effect = [c[:, k] for c in self.shown]
-            self.known[k] = scatter_between(self.parts, self.segment, columns, self.torque, effect)
+            # what else may have changed is let change, or a recording would show it as this effect
+            self.known[k] = scatter_between(self.parts, self.segment, self.columns, self.torque, effect)
         one = self.known[k]
         means = sum(1 / len(np.unique(part.recording)) for part in self.parts)
         return replace(one, variance=one.variance * means)

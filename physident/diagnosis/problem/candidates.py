@@ -100,7 +100,7 @@ def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[st
         if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):
             continue
         beside = cls.options_beside(model.robot, parameters)
-        for joints in cls.scope.places(model.robot.n):
+        for joints in cls.places(model.robot):
             present = _in_model(model, name, joints)
             options = cls.search_options(model.robot, joints, signals) if beside is None else beside
             options = options if present is None else [present]

@@ -23,7 +23,7 @@ from physident.recordings.recording import Recording
 
 def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordings: Sequence[Recording]) -> Estimate:
     """The extended model's estimate: identified again if the model was fitted to these recordings; otherwise with the values
-    of the diagnosis, which move the model's parameters within their covariance."""
+    of the diagnosis, which move the model's parameters within their covariance. The recordings of a change are then its own."""
     problem, model = hypothesis.problem, hypothesis.extension.model
     if problem.question == "missing" and isinstance(problem.given, Estimate) and not problem.recording_offsets:
         signals = [replace(one, transition=None) for one in problem.signals]
@@ -60,7 +60,8 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
         effective_samples=len(regressor.time) / correlation_rows(regressor, hypothesis.fit.residual),
         certificate=certificate,
         filter=problem.filter,
-        sources=(*before.sources, *sources),
+        # what has changed is not in the recordings from before: they are no control of the model that it made
+        sources=before.sources if problem.question == "missing" else sources,
         layout=before.layout,
         drive_gains=before.drive_gains,
         blocks=before.blocks,

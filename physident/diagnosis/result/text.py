@@ -169,8 +169,11 @@ def _finding(number: int, f: Finding, path: str) -> list[str]:
     rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
     if len(decided) > len(shown):
         rows[-1] += f", and {len(decided) - len(shown)} more"
-    if any(v.interval95[0] < 0 < v.interval95[1] and v.change == v.value for v in shown):
-        rows.append("   the effect is significant, its single values are not: at least one interval includes zero")
+    open_ones = [v for v in shown if v.interval95[0] < 0 < v.interval95[1] and v.change == v.value]
+    if open_ones and len(open_ones) == len(shown):
+        rows.append("   the effect is significant, none of its single values is: every interval includes zero")
+    elif open_ones:
+        rows.append("   the effect is significant as a whole; a value whose interval includes zero may be zero")
     if f.intervals:
         rows.append(
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")

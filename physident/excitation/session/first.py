@@ -27,7 +27,7 @@ def first_questions(model: Model) -> tuple[OpenQuestion, ...]:
         if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot) or cls.within_model:
             continue
         owned = {j + 1 for e in model.effects if e.name == cls.name for j in e.active(model.robot)}
-        for joints in cls.scope.places(model.robot.n):
+        for joints in cls.places(model.robot):
             kind = "parameter" if joints and set(joints) <= owned else "unseen"
             found.append(OpenQuestion(kind=kind, effect=effect_at(model, cls.name, joints)))
     return tuple(found)

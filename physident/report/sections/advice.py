@@ -90,15 +90,17 @@ def _holdout(c: DiagnosisRecord) -> list[str]:
 
 
 def _uncertain(c: DiagnosisRecord) -> list[str]:
-    wide = [
-        f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints or f.by_joint else ''}"
-        for f in c.findings
-        for v in f.parameters
-        if v.interval95[0] < 0 < v.interval95[1]
-    ]
+    known: dict[
+        str, bool
+    ] = {}  # a load's products of inertia, or a share of a joint that leaks nothing, may well be zero
+    for f in c.findings:
+        for v in f.parameters:
+            name = f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints or f.by_joint else ''}"
+            known[name] = known.get(name, False) or not v.interval95[0] < 0 < v.interval95[1]
+    wide = [name for name, some in known.items() if not some]
     if not wide or any(f.effect == "contact" for f in c.findings):
         return []
-    return [f"Record longer or more often: the intervals include zero for {listed(list(dict.fromkeys(wide)))}."]
+    return [f"Record longer or more often: the intervals include zero for {listed(wide)}."]
 
 
 def _remainder(c: DiagnosisRecord) -> list[str]:

@@ -26,6 +26,20 @@ def causes(c: DiagnosisRecord) -> list[Markup]:
     return [tag("section", tag("h2", "What was found"), tag("div", *cards, class_="cards"))]
 
 
+def lacked_before(c: DiagnosisRecord) -> list[Markup]:
+    """What the model's own recordings show alike: no change, and a part of the extended model."""
+    if not c.missing_since_before:
+        return []
+    items = [tag("li", _lacked(f)) for f in c.missing_since_before]
+    why = "The model's own recordings show this alike: it has not changed, and the model has always lacked it."
+    return [tag("section", tag("h2", "What the model lacked before, too"), tag("p", why), tag("ul", *items))]
+
+
+def _lacked(f: Finding) -> Markup:
+    title, words = cause(f.effect, f.joints), in_words(f.in_words)
+    return joined(tag("strong", f"{title[0].upper()}{title[1:]}"), f": {words}" if words else "")
+
+
 def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
     effect = CATALOGUE[f.effect]
     equation = (inspect.getdoc(effect) or "").split("\n\n")[0].replace("``", "")

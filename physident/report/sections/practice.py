@@ -38,8 +38,8 @@ EFFECTS = {
     " current sensor.",
     "torque_scale": "The torques of all joints are scaled alike: check the drive gains and the unit of the recordings, and what has changed in the"
     " controller; no single joint is at fault.",
-    "torque_crosstalk": "The torque reading of this joint shows a share of what other joints carry: calibrate the joint's sensor with load on the other"
-    " axes, or use the model, which holds the shares.",
+    "torque_crosstalk": "A torque reading shows a share of what other joints carry: calibrate the sensor with load on the other axes, or correct the"
+    " readings by the model's shares.",
     "torque_offset": "The torque reading is shifted by a constant: zero the torque or current sensor again.",
     "time_delay": "Torque and position are not recorded at the same time: correct the clock of the recording before anything else.",
     "torque_ripple": "Torque waves with the angle, as a gear's teeth or a motor's poles make it: if it is new, look for a damaged tooth.",
