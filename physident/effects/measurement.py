@@ -48,7 +48,8 @@ class TorqueCrosstalk(Effect):
     """tau_j = tau_m_j + sum over i != j of k_ji tau_m_i: the torque channel of a joint shows a share of what other joints carry.
 
     tau_m is the model's torque without measurement effects. A sensor in a joint feels the bending that the torques about other axes
-    make, and its amplifier the wires beside it. k has no unit between two joints that turn, or two that slide.
+    make, and its amplifier the wires beside it. ``joints`` are those whose channels show it, each a share of every other joint's
+    torque. k has no unit between two joints that turn, or two that slide; else it is in N m/N or N/(N m).
     """
 
     name: ClassVar[str] = "torque_crosstalk"
