@@ -90,10 +90,8 @@ class CoupledFriction(Effect):
                     " kind: a sum of rad/s and m/s is no speed of a motor"
                 )
         if not found:
-            raise InputError(
-                f"coupled_friction: robot {robot.name} has no two joints in a row that both turn or both slide, as joints that share a"
-                " motor do; leave this effect out"
-            )
+            has = "one joint" if robot.n == 1 else "no two joints in a row that both turn or both slide"
+            raise InputError(f"coupled_friction: robot {robot.name} has {has}, expected two that share a motor")
         return found
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
