@@ -33,7 +33,7 @@ def level(rms: np.ndarray) -> ExpectedError:
 def hypothesis() -> Any:
     """Two joints of equal noise, whose rows all count in full."""
     full = np.ones((100, 2))
-    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0), question="missing")
+    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0), all_compared=False)
     return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem, accepted=()))
 
 
@@ -114,13 +114,13 @@ def test_what_is_noticed_on_one_joint_is_a_cause_though_others_hardly_feel_it(mo
         assert graded(hypothesis(), [finding(0.5, 0.01)], expected)[0].grade == told
 
 
-def test_of_a_change_a_cause_takes_twice_what_it_leaves() -> None:
-    """Beyond what the model usually errs by only the change is left, so a law that leaves a part of it has not its shape."""
+def test_along_the_same_motions_a_cause_takes_twice_what_it_leaves() -> None:
+    """Nothing but the change is left there, so a law that leaves a part of it has not its shape."""
     of, exact = hypothesis(), level(np.full(2, 1e-3))
-    of.problem.question = "different"
+    of.problem.all_compared = True
     less, more = finding(1.0, 0.36**0.5), finding(1.0, 0.3**0.5)  # of 1, 0.64 and 0.7 are taken
     assert [graded(of, [one], exact)[0].grade for one in (less, more)] == ["contribution", "cause"]
-    assert grade(less) == "cause"  # of what is missing: other things may be missing, too
+    assert grade(less) == "cause"  # of another motion: the model's own errors stay
 
 
 def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:

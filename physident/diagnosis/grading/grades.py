@@ -20,7 +20,7 @@ from physident.recordings.white_noise import white_noise
 Array = NDArray[np.float64]
 NOTICED = 0.05  # of the power of what the model errs by on a joint: below on all of them, no RMS error falls by more than 2.5 %
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
-SHAPED = 2.0  # times what it leaves: of a change, what is left beyond the model's usual error has changed as well, so a law that leaves more has another shape
+SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
 
 
@@ -108,7 +108,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
     vague = (holds_old and not controlled) or _beyond_bounds(finding)
     least = NOTICED_WHILE if finding.intervals else NOTICED
-    enough = SHAPED if problem.question == "different" and not finding.intervals else 1.0
+    enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     is_cause = share.takes > enough * share.leaves and shown > least and not vague
     doubts = finding.doubts or (() if share.takes > 0 else (NEEDLESS,))
     grade: Grade = "hint" if doubts else "cause" if is_cause else "contribution"
