@@ -79,20 +79,19 @@ class CoupledFriction(Effect):
     def pairs(self, robot: Robot) -> list[tuple[int, int]]:
         """The coupled pairs, as indices from 0; raises InputError for a robot without such a pair, and for one joint that turns and one
         that slides."""
-        active = self.active(robot)
         if self.joints is None:
-            found = [(j, j + 1) for j in active[:-1] if _add_up(robot, j, j + 1)]
-        else:
-            found = [(active[0], active[1])]
-            if not _add_up(robot, *found[0]):
-                raise InputError(
-                    f"coupled_friction: of joints {self.joints} of robot {robot.name} one turns and one slides, expected two of one"
-                    " kind: a sum of rad/s and m/s is no speed of a motor"
-                )
-        if not found:
-            has = "one joint" if robot.n == 1 else "no two joints in a row that both turn or both slide"
-            raise InputError(f"coupled_friction: robot {robot.name} has {has}, expected two that share a motor")
-        return found
+            found = [(j - 1, k - 1) for j, k in self.places(robot)]
+            if not found:
+                has = "one joint" if robot.n == 1 else "no two joints in a row that both turn or both slide"
+                raise InputError(f"coupled_friction: robot {robot.name} has {has}, expected two that share a motor")
+            return found
+        j, k = self.active(robot)
+        if not _add_up(robot, j, k):
+            raise InputError(
+                f"coupled_friction: of joints {self.joints} of robot {robot.name} one turns and one slides, expected two of one kind:"
+                " a sum of rad/s and m/s is no speed of a motor"
+            )
+        return [(j, k)]
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         kinds = (("coulomb", "N m"), ("viscous", "N m s/rad"))

@@ -152,12 +152,8 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     surest = sorted(others, key=lambda i: -abs(estimate.theta[i]) / max(errors[i], 1e-300))[:MAX_LISTED]
     for i in sorted(surest):
         c = model.columns[i]
-        value = (
-            "not sized"
-            if c.name in estimate.unsized
-            else f"{_value(estimate.theta[i], errors[i])} {c.unit}".removesuffix(" 1")
-        )
-        rows.append(f"{c.name} = {value}")
+        value = "not sized" if c.name in estimate.unsized else f"{_value(estimate.theta[i], errors[i])} {c.unit}"
+        rows.append(f"{c.name} = {value}".removesuffix(" 1"))
     if len(others) > MAX_LISTED:
         rows.append(f"and {len(others) - MAX_LISTED} less certain values in the model file")
     rows += _curves(estimate)

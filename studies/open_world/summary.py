@@ -82,9 +82,8 @@ def figure(key: str, rows: Sequence[Row]) -> dict[str, float]:
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
     """All figures of one set, overall and by stratum."""
-    spent = [
-        r["seconds"] for r in rows if "seconds" in r and not r.get("failed")
-    ]  # a trial that ended early has no stages
+    # a trial that ended early has no stages
+    spent = [r["seconds"] for r in rows if "seconds" in r and not r.get("failed")]
     gains = [s["gain"] for s in _seen(rows) if s["first"] and s["gain"] is not None]
     return {
         "rows": len(rows),

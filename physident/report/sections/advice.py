@@ -90,9 +90,8 @@ def _holdout(c: DiagnosisRecord) -> list[str]:
 
 
 def _uncertain(c: DiagnosisRecord) -> list[str]:
-    known: dict[
-        str, bool
-    ] = {}  # a load's products of inertia, or a share of a joint that leaks nothing, may well be zero
+    # one value that is known will do: a load's products of inertia, or the share of a joint that leaks nothing, may well be zero
+    known: dict[str, bool] = {}
     for f in c.findings:
         for v in f.parameters:
             name = f"{effect_label(f.effect)}{f' of joint {v.joint}' if f.joints or f.by_joint else ''}"
