@@ -110,6 +110,21 @@ def test_torque_that_leaks_into_another_channel_is_named_with_its_share(tmp_path
     assert shares.pop("share_of_joint5") == pytest.approx(1 / 3, abs=0.03)
 
 
+def test_torques_from_motor_currents_have_no_crosstalk(tmp_path: Path, ur5: pid.Robot) -> None:
+    """Sensors leak; a current that follows another joint's torque shows something else."""
+    gains = (10.0, 10.0, 8.0, 5.0, 5.0, 5.0)
+    currents = [
+        replace(one, effort=one.effort / gains, effort_kind="current").with_drive_gains(gains)
+        for one in recorded(dry(), tmp_path, leaking)
+    ]
+    model, signals = pid.Model.nominal(ur5), [pid.prepare(one, pid.Filter(5.0)) for one in currents]
+    assert "torque_crosstalk" not in {name for name, *_ in candidate_effects(model, signals)}
+    table = measure_identifiability(ur5, signals, pid.Filter(5.0))
+    assert not any(cell.new for cell in table.cells if cell.effect == "torque_crosstalk")
+    by_sensor = [replace(one, from_currents=False) for one in signals]
+    assert "torque_crosstalk" in {name for name, *_ in candidate_effects(model, by_sensor)}
+
+
 def test_gears_that_couple_two_joints_are_no_crosstalk(tmp_path: Path, ur5: pid.Robot) -> None:
     recordings = recorded(coupled(), tmp_path, lambda one: one)
     found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)

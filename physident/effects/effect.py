@@ -33,9 +33,8 @@ Array = NDArray[np.float64]
 class Effect(ABC):
     """A physical effect: torque that is linear in its parameters, tau = Phi(q, v, a) theta.
 
-    ``joints`` (from 1) restricts it to some joints, None for all. A subclass states ``name``, ``unit`` and ``family`` and
-    implements ``values``; every other member has a default for one parameter per joint. Raises InputError for ``joints``
-    of an effect that acts on the whole arm, and for one joint that is no row of joints.
+    ``joints`` (from 1) restricts it to some joints, None for all. A subclass states ``name``, ``unit`` and ``family`` and implements
+    ``values``; every other member has a default for one parameter per joint. Raises InputError for ``joints`` of the whole arm or a number.
     """
 
     joints: tuple[int, ...] | None = None
@@ -51,6 +50,7 @@ class Effect(ABC):
     detection: ClassVar[Detection] = Detection.BY_PLACE
     shape_parameters: ClassVar[tuple[ShapeParameter, ...]] = ()
     needs_temperature: ClassVar[bool] = False  # recordings must have a temperature channel
+    needs_torque_sensor: ClassVar[bool] = False  # torques that were computed from motor currents cannot have it
     pointwise: ClassVar[bool] = True  # the value at a sample depends on that sample alone
     settings_by_joint: ClassVar[tuple[str, ...]] = ()  # besides shape parameters, with one value or one a joint
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity

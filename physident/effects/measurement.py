@@ -48,7 +48,7 @@ class TorqueCrosstalk(Effect):
     """tau_j = tau_m_j + sum over i != j of k_ji tau_m_i: the torque channel of a joint shows a share of what other joints carry.
 
     tau_m is the model's torque without measurement effects. A sensor in a joint feels the bending that the torques about other axes
-    make, and its amplifier the wires beside it. ``joints`` are those whose channels show it, each a share of every other joint's
+    make, and its amplifier the wires beside it; torques that were computed from motor currents have none. ``joints`` are those whose channels show it, each a share of every other joint's
     torque. k has no unit between two joints that turn, or two that slide; else it is in N m/N or N/(N m).
     """
 
@@ -57,6 +57,7 @@ class TorqueCrosstalk(Effect):
     family: ClassVar[Family] = Family.MEASUREMENT
     acts_on: ClassVar = "measurement"
     needs_model: ClassVar[bool] = True
+    needs_torque_sensor: ClassVar[bool] = True
     signature: ClassVar[str] = "a share of another joint's torque, also while this joint rests"
     mistaken_for: ClassVar[str] = "coupled_friction: that acts on both joints and follows their speed"
 

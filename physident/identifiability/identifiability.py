@@ -86,6 +86,7 @@ def measure_identifiability(
             continue
         row = []
         recorded = not cls.needs_temperature or all(one.temperature is not None for one in signals)
+        recorded &= not (cls.needs_torque_sensor and any(one.from_currents for one in signals))
         for joints in cls.places(robot):
             if not recorded:
                 row.append((joints, 0.0, 0.0, 0.0))

@@ -149,6 +149,7 @@ def _joined(parts: Sequence[Signals], rate: float, recording: Recording) -> Sign
         source=recording.source,
         origin=float(recording.time[0]),
         recording=recording.sha256,
+        from_currents=recording.effort_kind == "current",
     )
 
 

@@ -109,7 +109,8 @@ class Signals:
 
     ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] (N, n); ``torque`` (N, n) [N m|N] or None;
     ``temperature`` (N, n) [degC] or None; ``starts`` the first sample of each segment; ``rate`` [Hz]; ``cutoff`` [Hz] of
-    the filter that they will pass; ``origin`` [s] the recording's first time and ``recording`` its hash.
+    the filter that they will pass; ``origin`` [s] the recording's first time and ``recording`` its hash; ``from_currents`` where the
+    torque was computed from motor currents.
 
     Of the sign of each joint's velocity: ``velocity_std`` (n,) [rad/s|m/s] is the standard deviation of ``v``, None where ``v``
     is exact; ``rests`` when each joint rests; ``transition`` (n,) [rad/s|m/s] the width over which the arm's own friction turns, None
@@ -132,6 +133,7 @@ class Signals:
     source: str = "signals"
     origin: float = 0.0
     recording: str = ""
+    from_currents: bool = False
     velocity_std: Array | None = None
     rests: tuple[Rests, ...] | None = None
     transition: Array | None = None

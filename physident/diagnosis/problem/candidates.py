@@ -99,6 +99,8 @@ def candidate_effects(model: Model, signals: Sequence[Signals]) -> list[tuple[st
     for name, cls in CATALOGUE.items():
         if cls.detection is not Detection.BY_PLACE or not cls.can_be_wrong(model.robot):
             continue
+        if cls.needs_torque_sensor and any(one.from_currents for one in signals):
+            continue
         beside = cls.options_beside(model.robot, parameters)
         for joints in cls.places(model.robot):
             present = _in_model(model, name, joints)
