@@ -9,6 +9,8 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.result.values import _shapes
 from physident.diagnosis.rivals.rivals import check_rivals
 from physident.diagnosis.search import acceptance, forward_search
@@ -16,7 +18,11 @@ from physident.diagnosis.search.acceptance import choose_candidate
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.estimation.identify import prepare_all
+from physident.identifiability.visibility import VISIBLE
 from tests.opened import opened
 from tests.plant import Arm
 
@@ -112,3 +118,24 @@ def test_a_shape_beyond_the_grid_is_said_to_lie_at_its_end(rubbing: Hypothesis) 
         low, high = shape.interval95
         assert 0 < low < shape.value < high
         assert low * high == pytest.approx(shape.value**2)
+
+
+def test_a_power_is_told_apart_from_the_first(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
+    """v log v is the limit of powers ever nearer to the first, each of them with a larger coefficient: what is told is one that the rows
+    tell from viscous friction."""
+    runs = []
+    for run in healthy_runs[:3]:
+        assert run.dq is not None
+        bend = 25 * run.dq * np.log(np.abs(run.dq) + 1e-9) * (np.arange(6) == JOINT - 1)
+        runs.append(replace(run, effort=run.effort + bend))
+    estimate = pid.identify(ur5, runs)
+    signals = prepare_all(ur5, runs, estimate.filter)
+    problem = state_problem(choose_question(estimate, runs), estimate, signals, estimate.filter, 0)
+    bent = settled_hypothesis(problem, ())
+    (power,) = (c for c in bent.data.candidates if c.key == ("nonlinear_viscous_friction", (JOINT,)))
+    torque = bent.columns(power, refine_shape(bent, power)).torque(np.ones(1)) * bent.fit.weights
+    rows = np.concatenate([B * w for B, w in zip(bent.baseline.joints, bent.fit.weights, strict=True)])
+    column = torque.T.ravel()  # joint below joint, as the baseline's
+    left = column - rows @ np.linalg.lstsq(rows, column, rcond=1e-10)[0]
+    assert left @ left > 0.9 * VISIBLE * (column @ column)
+    assert left_out_gains(bent.data, bent.baseline, bent.fit).evidence[bent.data.candidates.index(power), 0] > 100

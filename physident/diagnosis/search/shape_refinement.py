@@ -13,6 +13,7 @@ from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.effects.effect import Effect
+from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 REFINED = 1e-2  # relative width at which the search ends: the shape's own uncertainty is larger
@@ -50,7 +51,10 @@ def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
         return replace(best, **{shape.field: (value,)})
 
     def loss(logarithm: float) -> float:
-        return -evaluator.gain(hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model))
+        # a power next to the first is viscous friction, already there: its size and power could be anything
+        return -evaluator.gain(
+            hypothesis.problem.columns(at_value(float(np.exp(logarithm))), hypothesis.model), VISIBLE
+        )
 
     bounds = (np.log(low), np.log(high))
     answer = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": REFINED})
@@ -77,9 +81,13 @@ class GainEvaluator:
         )
         return self._of(inner, cross.reshape(len(self.x), *at.shape), slope.reshape(at.shape))
 
-    def gain(self, columns: Columns) -> float:
-        """By how much the squared weighted residual falls with columns (M, k) in each joint's rows."""
+    def gain(self, columns: Columns, visible: float = 0.0) -> float:
+        """By how much the squared weighted residual falls with columns (M, k) in each joint's rows; not at all, where a smaller share of
+        their energy than a ``visible`` one is outside the baseline."""
         inner, cross, slope = (np.tensordot(self.squares, part, 1) for part in self.products.with_columns(columns))
+        outside = np.trace(inner) - np.sum(cross * (self.inverse @ cross))
+        if outside < visible * np.trace(inner):
+            return 0.0
         return float(self._of(inner[None], cross[:, None], slope[None])[0])
 
     def _of(self, inner: Array, cross: Array, slope: Array) -> Array:

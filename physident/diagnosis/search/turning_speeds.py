@@ -16,6 +16,7 @@ from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.search.forward_search import SearchResult, search_effects
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
+from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.transition_width import with_transitions
@@ -65,7 +66,8 @@ def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
     """The problem with friction that turns as it does beside the accepted effects, or None where it turns as before."""
     problem, model = found.last.hypothesis.problem, found.last.hypothesis.extension.model
     given = problem.given
-    turned = any(one.effect.dry for one in found.accepted) and any(map(_is_open, problem.model.effects))
+    rubs = any(one.effect.dry or one.effect.family is Family.FRICTION for one in found.accepted)
+    turned = rubs and any(map(_is_open, problem.model.effects))
     if problem.question != "missing" or not isinstance(given, Estimate) or not turned:
         return None
     signals = [replace(one, transition=None) for one in problem.signals]
