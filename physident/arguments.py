@@ -135,7 +135,12 @@ def _plain(value: object) -> object:
 
 
 def refuse_one_number(owner: str, **given: Any) -> None:
-    """Raises InputError, naming the ``owner``, for a value that is one number where several are expected in a row; None is no value."""
+    """Raises InputError, naming the ``owner``, for a value that is one number where several are expected in a row, or an empty row; None is
+    no value."""
     for name, value in given.items():
         if value is not None and not hasattr(value, "__len__"):
             raise InputError(f"{owner}: {name} is {value!r}, expected numbers in a row, such as ({value!r},)")
+        if value is not None and not len(value):
+            raise InputError(
+                f"{owner}: {name} is {value!r}, expected one number or more; leave {name} out for the default"
+            )

@@ -113,7 +113,7 @@ def test_a_shape_beyond_the_grid_is_said_to_lie_at_its_end(rubbing: Hypothesis) 
     options = [o.effect for o in own.options if o.effect is not None]
     for place, at_end in ((0, True), (len(options) // 2, False), (len(options) - 1, True)):
         state = settled_hypothesis(rubbing.problem, (AcceptedEffect(own, options[place]),))
-        (shape,) = _shapes(state.accepted[0], uncertainty_of(state))
+        (shape,) = _shapes(state.accepted[0], uncertainty_of(state), state.problem.model.robot)
         assert shape.at_end is at_end, place
         low, high = shape.interval95
         assert 0 < low < shape.value < high

@@ -81,7 +81,8 @@ class Effect(ABC):
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         """Names and units of its k parameters."""
-        return tuple(Column(f"{self.name}_{j + 1}", self.unit, j + 1, self.name) for j in self.active(robot))
+        some = [(j + 1, robot.joints[j].unit(self.unit)) for j in self.active(robot)]
+        return tuple(Column(f"{self.name}_{joint}", unit, joint, self.name) for joint, unit in some)
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         """Joint row and column (from 0) of each structural non-zero (E, 2), in the order of ``values``.
@@ -193,8 +194,7 @@ class Effect(ABC):
         return self
 
     def prior_sizes(self, robot: Robot) -> Array | None:
-        """Standard deviations (k,) around zero that a prior gives its parameters, in their units; None, the default, where
-        nothing but recordings decides."""
+        """Standard deviations (k,) around zero that a prior gives its parameters; None, the default, where only recordings decide."""
         return None
 
     def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.intp] | None:

@@ -55,7 +55,7 @@ class WarmUp(Effect):
         per = "" if self.reference_temperature is None else "/degC"
         kinds = (("coulomb", f"N m{per}"), ("viscous", f"N m s/rad{per}"))
         return tuple(
-            Column(f"{self.name}_{kind}_{j + 1}", unit, j + 1, self.name)
+            Column(f"{self.name}_{kind}_{j + 1}", robot.joints[j].unit(unit), j + 1, self.name)
             for j in self.active(robot)
             for kind, unit in kinds
         )

@@ -96,7 +96,7 @@ class CoupledFriction(Effect):
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         kinds = (("coulomb", "N m"), ("viscous", "N m s/rad"))
         return tuple(
-            Column(f"{self.name}_{kind}_{j + 1}_{k + 1}", unit, j + 1, self.name)
+            Column(f"{self.name}_{kind}_{j + 1}_{k + 1}", robot.joints[j].unit(unit), j + 1, self.name)
             for j, k in self.pairs(robot)
             for kind, unit in kinds
         )
@@ -181,7 +181,7 @@ class TorqueRipple(Effect):
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(
-            Column(f"{self.name}_{kind}_{j + 1}", self.unit, j + 1, self.name)
+            Column(f"{self.name}_{kind}_{j + 1}", robot.joints[j].unit(self.unit), j + 1, self.name)
             for j in self.active(robot)
             for kind in ("sin", "cos")
         )

@@ -131,9 +131,9 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     apart = {"rigid_body", *(effect.name for effect in model.effects if isinstance(effect, LearnedCurve))}
     effects = [e for e in dict.fromkeys(c.effect for c in model.columns) if e not in apart]
     single = [e for e in effects if all(count == 1 for (name, _), count in counts.items() if name == e)]
-    units = {c.effect: c.unit for c in model.columns}
+    units = {effect: "|".join(dict.fromkeys(c.unit for c in model.columns if c.effect == effect)) for effect in single}
     errors = estimate.standard_errors
-    head, unit = ("joint", "error %", "sigma", "worth"), ("", "", "[N m]", "")
+    head, unit = ("joint", "error %", "sigma", "worth"), ("", "", f"[{model.robot.torque_unit}]", "")
     first = [f"{a:>5}  {b:>7}  {c:>9}  {d:>5}" for a, b, c, d in (head, unit)]
     first += [
         f"{j + 1:5d}  {estimate.relative[j]:7.2f}  {estimate.sigma[j]:9.4g}  {estimate.effective_samples[j]:5.0f}"

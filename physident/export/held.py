@@ -18,7 +18,7 @@ from physident.export.joint_friction import Line, added, nearest_lines
 from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
-from physident.robots.robot import Joint
+from physident.robots.kinematic_tree import Joint
 from physident.validation.scores import compare
 
 Array = NDArray[np.float64]

@@ -1,8 +1,9 @@
-"""The Pinocchio model of a checked description, built joint by joint, so that each number is read in one place only."""
+"""The Pinocchio model of a checked description, built joint by joint, so that each number is read in one place only; and its joints."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from physident.errors import InputError, did_you_mean
 from physident.robots.urdf import MOVING, Description, UrdfJoint, UrdfLink
 
 Array = NDArray[np.float64]
+# of a joint that turns, and of one that slides
+SLIDING_UNITS = (("kg m^2", "kg"), ("(N m)", "N"), ("N m", "N"), ("rad", "m"))
 
 
 def pinocchio_model(description: Description, source: str, order: Sequence[str] | None = None) -> Any:
@@ -108,3 +111,49 @@ def _joint_model(joint: UrdfJoint) -> Any:
         if (joint.axis == axis).all():
             return getattr(pin, f"JointModel{'P' if prismatic else 'R'}{name}")()
     return (pin.JointModelPrismaticUnaligned if prismatic else pin.JointModelRevoluteUnaligned)(joint.axis)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One moving joint: its kind, axis and constant placement in the frame of the joint before it.
+
+    ``axis`` (3,) unit vector in the joint's frame; ``rotation`` (3, 3) and ``translation`` (3,) [m] place that frame in
+    the parent joint's (``parent`` is its index, -1 for the base).
+    """
+
+    name: str
+    kind: str
+    parent: int
+    axis: Array
+    rotation: Array
+    translation: Array
+
+    def unit(self, turning: str) -> str:
+        """The unit on this joint of what has the unit ``turning`` on one that turns: a force for a torque, a distance for an angle."""
+        if self.kind == "prismatic":
+            for turns, slides in SLIDING_UNITS:
+                turning = turning.replace(turns, slides)
+        return turning
+
+
+def joint_of(model: Any, index: int) -> Joint:
+    """The joint of an index in a Pinocchio model."""
+    placement = model.jointPlacements[index]
+    motion = _motion_subspace(model, index)
+    kind = "prismatic" if np.abs(motion[:3]).max() > 0.5 else "revolute"
+    axis = motion[:3] if kind == "prismatic" else motion[3:]
+    return Joint(
+        model.names[index],
+        kind,
+        model.parents[index] - 1,
+        axis,
+        placement.rotation.copy(),
+        placement.translation.copy(),
+    )
+
+
+def _motion_subspace(model: Any, index: int) -> Array:
+    import pinocchio
+
+    J = pinocchio.computeJointJacobian(model, model.createData(), pinocchio.neutral(model), index)
+    return J.reshape(6, -1)[:, model.idx_vs[index]]  # of one joint, Pinocchio gives a vector

@@ -15,7 +15,7 @@ from physident.errors import InputError
 from physident.json_records import RecordReader
 from physident.robots.drives import Drive, JointDynamics
 from physident.robots.joint_selection import LockedJoint
-from physident.robots.kinematic_tree import pinocchio_model, tool_position
+from physident.robots.kinematic_tree import Joint, joint_of, pinocchio_model, tool_position
 from physident.robots.urdf import Description, read_description
 
 Array = NDArray[np.float64]
@@ -23,22 +23,6 @@ MAX_GRAVITY = 1e3  # m/s^2
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 SHOWN = 8  # locked joints that are printed
 READER = RecordReader("expected a robot as this program writes it")
-
-
-@dataclass(frozen=True)
-class Joint:
-    """One moving joint: its kind, axis and constant placement in the frame of the joint before it.
-
-    ``axis`` (3,) unit vector in the joint's frame; ``rotation`` (3, 3) and ``translation`` (3,) [m] place that frame in
-    the parent joint's (``parent`` is its index, -1 for the base).
-    """
-
-    name: str
-    kind: str
-    parent: int
-    axis: Array
-    rotation: Array
-    translation: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +72,7 @@ class Robot:
     def __post_init__(self) -> None:
         checked_gravity(self.gravity)
         model = self.pinocchio
-        joints = tuple(_joint(model, i) for i in range(1, model.njoints))
+        joints = tuple(joint_of(model, i) for i in range(1, model.njoints))
         nominal = np.concatenate([body.toDynamicParameters() for body in list(model.inertias)[1:]])
         values = {
             "joints": joints,
@@ -114,6 +98,16 @@ class Robot:
     def n(self) -> int:
         """Number of moving joints."""
         return len(self.joints)
+
+    @property
+    def torque_units(self) -> tuple[str, ...]:
+        """The unit of each joint's torque: N of one that slides."""
+        return tuple(joint.unit("N m") for joint in self.joints)
+
+    @property
+    def torque_unit(self) -> str:
+        """The unit of all joints' torques: both, where some turn and some slide."""
+        return "|".join(sorted(set(self.torque_units), reverse=True))
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -245,28 +239,6 @@ def checked_gravity(values: Sequence[float]) -> tuple[float, float, float]:
 
 def _limit(values: Array) -> Array:
     return np.where((values > 0) & np.isfinite(values), values, math.inf)
-
-
-def _joint(model: Any, index: int) -> Joint:
-    placement = model.jointPlacements[index]
-    motion = _motion_subspace(model, index)
-    kind = "prismatic" if np.abs(motion[:3]).max() > 0.5 else "revolute"
-    axis = motion[:3] if kind == "prismatic" else motion[3:]
-    return Joint(
-        model.names[index],
-        kind,
-        model.parents[index] - 1,
-        axis,
-        placement.rotation.copy(),
-        placement.translation.copy(),
-    )
-
-
-def _motion_subspace(model: Any, index: int) -> Array:
-    import pinocchio
-
-    J = pinocchio.computeJointJacobian(model, model.createData(), pinocchio.neutral(model), index)
-    return J.reshape(6, -1)[:, model.idx_vs[index]]  # of one joint, Pinocchio gives a vector
 
 
 # entries of a saved robot that older files lack: their type, and what they are there

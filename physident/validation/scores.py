@@ -28,11 +28,12 @@ class Score:
     rows whose filter window holds no rest of that joint, which are ``moving_share`` (n,) of all; it is NaN where there are
     none. ``relative_all`` (n,) counts all rows, with the friction of a joint at rest at its best value inside its band, and
     ``each`` (R, n) is that of each recording; ``rest_outside`` (n,) [%] of the samples at rest lie beyond that band. ``rms``
-    (n,) [N m|N] is that of all rows. ``cutoff`` [Hz] is that of the filter, ``share`` that of the recordings' duration which
+    (n,) is that of all rows, in the ``torque_unit`` of the joints. ``cutoff`` [Hz] is that of the filter, ``share`` that of the recordings' duration which
     was scored.
     """
 
     joints: tuple[str, ...]
+    torque_unit: str
     rms: Array
     relative: Array
     moving_share: Array
@@ -61,7 +62,7 @@ class Score:
     def __repr__(self) -> str:
         rows = [
             self._title,
-            "joint                        rms [N m]  error %  in motion  of rows   100 |measured - predicted| / |measured|",
+            f"joint{f'rms [{self.torque_unit}]':>33}  error %  in motion  of rows   100 |measured - predicted| / |measured|",
         ]
         rows += [
             f"{j + 1:5d} {name:<22} {self.rms[j]:9.4g}  {self.relative_all[j]:7.2f}  {_or_dash(self.relative[j]):>9} {self.moving_share[j]:7.0%}"
@@ -74,7 +75,7 @@ class Score:
         return f"{recording_count(len(self.recordings))}, cutoff {self.cutoff:g} Hz, {100 * self.share:.0f} % of the time scored"
 
     def _repr_html_(self) -> str:
-        head = ("joint", "RMS [N m]", "error [%]", "error in motion [%]", "of the rows")
+        head = ("joint", f"RMS [{self.torque_unit}]", "error [%]", "error in motion [%]", "of the rows")
         values = (self.rms, self.relative_all, self.relative, self.moving_share)
         rows = [
             (f"{j} {name}", f"{rms:.4g}", f"{all_rows:.2f}", _or_dash(moving), f"{share:.0%}")
@@ -109,7 +110,7 @@ class Gain:
         b, a = self.before, self.after
         rows = [
             b._title,
-            "joint                        rms [N m] before    after  error % before  after  gain of rms %",
+            f"joint{f'rms [{b.torque_unit}] before':>40} {'after':>8}  error % before  after  gain of rms %",
         ]
         for j, name in enumerate(b.joints):
             rows.append(
@@ -127,7 +128,7 @@ class Gain:
 
     def _repr_html_(self) -> str:
         b, a = self.before, self.after
-        head = ("joint", "RMS before [N m]", "after", "error before [%]", "after", "gain of RMS [%]")
+        head = ("joint", f"RMS before [{b.torque_unit}]", "after", "error before [%]", "after", "gain of RMS [%]")
         rows = [
             (f"{j + 1} {name}", *(f"{x.rms[j]:.4g}" for x in (b, a)), *(f"{x.relative_all[j]:.2f}" for x in (b, a)),
              f"{self.reduction[j]:.1f}")
@@ -161,6 +162,7 @@ def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Pre
     total = sum(recording.duration for recording in recordings)
     return Score(
         joints=estimate.model.robot.joint_names,
+        torque_unit=estimate.model.robot.torque_unit,
         rms=predictions.rms,
         relative=np.where(seen.any(axis=0), np.nansum(moving, axis=0) / np.maximum(seen.sum(axis=0), 1), np.nan),
         moving_share=predictions.moving.sum(axis=0) / np.maximum(predictions.counted.sum(axis=0), 1),

@@ -52,8 +52,7 @@ def validate(
         write_result(json_out, "score", score.as_dict())
         if plot is not None:
             from physident.graphics.figures.recordings import plot_predictions
-            from physident.graphics.figures.residual import torque_units
 
             robot = estimate.model.robot
-            plot_predictions(predict(estimate, loaded), robot.joint_names, plot, torque_units(robot))
+            plot_predictions(predict(estimate, loaded), robot.joint_names, plot, robot.torque_units)
     typer.echo(repr(score))

@@ -51,7 +51,7 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
         change=value,
         std=float(std[top]),
         interval95=(value - half, value + half),
-        unit=accepted.effect.unit,
+        unit=hypothesis.problem.model.robot.joints[accepted.candidate.joints[0] - 1].unit(accepted.effect.unit),
     )
 
 

@@ -46,7 +46,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
         rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes, d.controlled, d.cause_alone)]
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.causes[:SHOWN], 1):
-        rows += ["", *_finding(number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
+        rows += ["", *_finding(d, number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]
     if len(d.causes) > SHOWN:
         rows.append(f"... and {len(d.causes) - SHOWN} more causes, in the JSON")
     rows += ["", *_minor(d), *_unexplained(d), *_checks(d)]
@@ -88,7 +88,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
                 f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
     rows += [
-        f"missing since before: {_named(f.effect, f.joints)}; the model's own recordings show it alike"
+        f"missing since before: {_named(f.effect, f.joints)}{_first_values(f)}; the model's own recordings show it alike"
         for f in d.missing_since_before
     ]
     repeated = [one for one in d.recordings if one.repeats is not None]
@@ -112,6 +112,13 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     return rows
 
 
+def _first_values(f: Finding) -> str:
+    """The first values of a finding that is one line."""
+    shown = [_value(v, f.by_joint) for v in f.parameters if v.std > 0 or v.change != 0]
+    more = f", and {len(shown) - VALUES} more" if len(shown) > VALUES else ""
+    return f": {', '.join(shown[:VALUES])}{more}" if shown else ""
+
+
 def _told_by(d: DiagnosisRecord, f: Finding) -> list[Finding]:
     """The causes on the joints of a contribution that are one torque with it, which no law describes."""
     if f.grade != "contribution":
@@ -132,13 +139,13 @@ def _named(effect: str, joints: Sequence[int]) -> str:
 
 
 def _levels(d: DiagnosisRecord) -> list[str]:
-    count = len(d.before.rms)
+    count, unit = len(d.before.rms), d.model.robot.torque_unit
     rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
     width = len(rows[0]) - 9 * count
     for label, level in (("before", d.before), ("after", d.after)):
-        rows.append(f"  RMS {label} [N m]".ljust(width) + "".join(map(_cell, level.rms)))
+        rows.append(f"  RMS {label} [{unit}]".ljust(width) + "".join(map(_cell, level.rms)))
     if d.noise_floor is not None:
-        rows.append("  noise floor [N m]".ljust(width) + "".join(map(_cell, d.noise_floor)))
+        rows.append(f"  noise floor [{unit}]".ljust(width) + "".join(map(_cell, d.noise_floor)))
     else:
         within = " within these recordings" if any(used.repeats is not None for used in d.recordings) else ""
         rows.append(f"  noise floor: not known, because no motion was repeated{within}")
@@ -155,9 +162,12 @@ def _cell(value: float) -> str:
     return f"{text if len(text) < 9 else f'{value:.2e}':>9}"
 
 
-def _finding(number: int, f: Finding, path: str) -> list[str]:
+def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str]:
     low, high = f.gain.interval95
-    size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} N m, " if len(f.joints) == 1 else ""
+    size = ""
+    if len(f.joints) == 1:
+        unit = d.model.robot.torque_units[f.joints[0] - 1]
+        size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} {unit}, "
     rows = [
         f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
         f" [{low:.1f}, {high:.1f}]"
@@ -212,7 +222,7 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
             "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor",
         ]
     return [*unseen, "unexplained structure in the residual:"] + [
-        f"  joint {r.joint}: RMS {r.rms:.3g} N m, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
+        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]
 

@@ -16,6 +16,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.contact import Contact
 from physident.effects.learned.curve import LearnedCurve
+from physident.robots.robot import Robot
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
 UNFELT = 0.99  # of a prior variance: what is left of it where the data say nothing
@@ -52,7 +53,11 @@ def parameter_values(
                 unit=column.unit,
             )
         )
-    return [*result, *_shapes(accepted, uncertainty)] if len(accepted.candidate.options) > 1 else result
+    return (
+        [*result, *_shapes(accepted, uncertainty, hypothesis.problem.model.robot)]
+        if len(accepted.candidate.options) > 1
+        else result
+    )
 
 
 def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) -> str:
@@ -75,7 +80,7 @@ def _unfelt(hypothesis: Hypothesis, at: int) -> NDArray[np.bool_]:
     return (hypothesis.left_to_prior(at) > UNFELT).reshape(-1, 3)
 
 
-def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[ParameterValue]:
+def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty, robot: Robot) -> list[ParameterValue]:
     """The shapes that were searched; they are searched, and known, by their logarithm."""
     effect, joint, result = accepted.effect, (accepted.candidate.joints or (0,))[0], []
     for shape in effect.shape_parameters:
@@ -94,7 +99,7 @@ def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty) -> list[Paramete
                 change=value,
                 std=error,
                 interval95=ends,
-                unit=shape.unit,
+                unit=robot.joints[joint - 1].unit(shape.unit),
                 at_end=at_end,
             )
         )

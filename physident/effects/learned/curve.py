@@ -107,7 +107,7 @@ class LearnedCurve(Effect):
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         return tuple(
-            Column(f"{self.name}_{i + 1}_{j + 1}", self.unit, j + 1, self.name)
+            Column(f"{self.name}_{i + 1}_{j + 1}", robot.joints[j].unit(self.unit), j + 1, self.name)
             for j in self.active(robot)
             for i in range(self._count)
         )
@@ -218,9 +218,7 @@ class LearnedCurve(Effect):
 
     def unit_of_quantity(self, robot: Robot, joint: int) -> str:
         """The unit of its quantity on a joint (index), which may be prismatic."""
-        if robot.joints[joint].kind != "prismatic":
-            return self.quantity_unit
-        return {"rad": "m", "rad/s": "m/s", "N m": "N"}.get(self.quantity_unit, self.quantity_unit)
+        return robot.joints[joint].unit(self.quantity_unit)
 
     def points_in_words(self, robot: Robot, k: int, x: Array, torque: Array) -> str:
         """Where the curve of its k-th joint is largest of some ascending points (S,), and between which of them it is at least half of
@@ -229,7 +227,7 @@ class LearnedCurve(Effect):
         inside = torque * np.sign(torque[top]) >= np.abs(torque[top]) / 2
         first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
         last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
-        unit = self.unit if robot.joints[j].kind != "prismatic" else "N"
+        unit = robot.joints[j].unit(self.unit)
         return (
             f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
             f" {x[last]:.2g} {self.unit_of_quantity(robot, j)}"

@@ -34,7 +34,12 @@ class FormulaEffect(Effect):
     def columns(self, robot: Robot) -> tuple[Column, ...]:
         several = len(self.formulas) > 1
         return tuple(
-            Column(f"{self.name}_{i}_{j + 1}" if several else f"{self.name}_{j + 1}", self.unit, j + 1, self.name)
+            Column(
+                f"{self.name}_{i}_{j + 1}" if several else f"{self.name}_{j + 1}",
+                robot.joints[j].unit(self.unit),
+                j + 1,
+                self.name,
+            )
             for j in self.active(robot)
             for i in range(1, len(self.formulas) + 1)
         )

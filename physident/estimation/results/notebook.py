@@ -15,11 +15,13 @@ def estimate_html(estimate: EstimatedModel, text: str) -> str:
         (c.effect, c.joint): k for k, c in enumerate(estimate.model.columns) if c.name == f"{c.effect}_{c.joint}"
     }
     effects = list(dict.fromkeys(effect for effect, _ in columns))
-    units = {effect: estimate.model.columns[k].unit for (effect, _), k in columns.items()}
+    units = {
+        name: "|".join(dict.fromkeys(c.unit for c in estimate.model.columns if c.effect == name)) for name in effects
+    }
     head = [
         "joint",
         "error [%]",
-        "sigma [N m]",
+        f"sigma [{robot.torque_unit}]",
         "independent samples",
         *(f"{name} [{units[name]}]" for name in effects),
     ]

@@ -66,8 +66,9 @@ class ShapeSensitivities:
         for (index, joint), error in zip(self.places, std, strict=True):
             effect = effects[index]
             for shape in effect.shape_parameters:
+                unit = robot.joints[joint - 1].unit(shape.unit)
                 value = float(effect.shape_values(robot, shape.field)[effect.active(robot).index(joint - 1)])
-                result.append(FoundShape(effect.name, joint, shape.field, value, value * float(error), shape.unit))
+                result.append(FoundShape(effect.name, joint, shape.field, value, value * float(error), unit))
         return tuple(result)
 
 

@@ -19,11 +19,6 @@ from physident.validation.comparison import Pair, contact_bands, predict_pair
 HEAD_WIDTH = 110  # characters
 
 
-def torque_units(robot: Robot) -> tuple[str, ...]:
-    """The unit of each joint's torque: N m, or N where the joint slides."""
-    return tuple("N" if joint.kind == "prismatic" else "N m" for joint in robot.joints)
-
-
 def plot_residuals(
     pair: Pair,
     robot: Robot,
@@ -40,7 +35,7 @@ def plot_residuals(
     """
     shown = list(joints or range(1, robot.n + 1))
     fig, axes = style.figure(len(shown) + len(curves), sharex=not curves)
-    units = torque_units(robot)
+    units = robot.torque_units
     for axis, joint in zip(axes[:, 0], shown, strict=False):
         j = joint - 1
         draw_residuals(axis, pair, j)

@@ -9,7 +9,6 @@ import numpy as np
 from physident.diagnosis.result.findings import CurveBand
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.graphics import style
-from physident.graphics.figures.residual import torque_units
 from physident.graphics.session import chart
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ def learned_curves(diagnosis: DiagnosisRecord | None) -> list[CurveBand]:
 
 def log_learned(rec: rr.RecordingStream, diagnosis: DiagnosisRecord) -> None:
     """Log each learned curve and the ends of its 95 % band under ``learned/K`` (K from 1)."""
-    units = torque_units(diagnosis.model.robot)
+    units = diagnosis.model.robot.torque_units
     for k, curve in enumerate(learned_curves(diagnosis), 1):
         x, low, high = (np.array(values) for values in (curve.x, curve.low, curve.high))
         axes = chart.Axes.about(np.concatenate([x, x]), np.concatenate([low, high]))

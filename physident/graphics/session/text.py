@@ -9,7 +9,6 @@ from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, cause, headline, in_words, listed, trust_in_words
 from physident.effects.catalogue import effect_label
-from physident.graphics.figures.residual import torque_units
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
 
@@ -24,8 +23,7 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
     lines = []
     if data.predictions:
         names = [p.name for p in data.predictions]
-        units = " or ".join(sorted(set(torque_units(robot))))
-        lines += [f"**RMS residual** [{units}], and in % of the joint's RMS torque", ""]
+        lines += [f"**RMS residual** [{robot.torque_unit}], and in % of the joint's RMS torque", ""]
         lines += [_row(["joint", *names]), _row(["---"] * (len(names) + 1))]
         for j, name in enumerate(robot.joint_names):
             size = _rms(data.measured[:, j])

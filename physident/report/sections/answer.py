@@ -17,7 +17,6 @@ from physident.diagnosis.result.wording import (
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
-from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
 from physident.report.reread import Reread
@@ -76,7 +75,7 @@ def _gains(c: DiagnosisRecord) -> list[str]:
         return []
     if c.extended is None:
         return ["What was found is not certain enough to be added to the model. "]
-    units, before, after = torque_units(c.model.robot), c.before.rms, c.after.rms
+    units, before, after = c.model.robot.torque_units, c.before.rms, c.after.rms
     moved = np.array([change(b, a) for b, a in zip(before, after, strict=True)])
     best = int(np.argmin(moved))
     if moved[best] >= 0:

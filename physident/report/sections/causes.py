@@ -11,7 +11,6 @@ from physident.diagnosis.result.findings import CurveBand, Finding, ParameterVal
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, in_words, listed, trust_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
-from physident.graphics.figures.residual import torque_units
 from physident.graphics.style import OTHER, effect_colour
 from physident.report.chart import Line, line_chart
 from physident.report.markup import joined, table, tag
@@ -62,7 +61,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
 
 def _curve(c: DiagnosisRecord, curve: CurveBand) -> Markup:
     """A learned curve with the ends of its 95 % band."""
-    x, unit = np.array(curve.x), torque_units(c.model.robot)[curve.joint - 1]
+    x, unit = np.array(curve.x), c.model.robot.torque_units[curve.joint - 1]
     ends = [Line("95 % band", x, np.array(values), "#999999", 0.8) for values in (curve.low, curve.high)]
     middle = Line("learned", x, np.array(curve.torque), OTHER, 1.6)
     title = f"Joint {curve.joint}: learned torque with its 95 % band"
@@ -70,7 +69,7 @@ def _curve(c: DiagnosisRecord, curve: CurveBand) -> Markup:
 
 
 def _gain(c: DiagnosisRecord, f: Finding) -> list[str]:
-    units = {torque_units(c.model.robot)[j - 1] for j in f.joints} or {*torque_units(c.model.robot)}
+    units = {c.model.robot.torque_units[j - 1] for j in f.joints} or {*c.model.robot.torque_units}
     unit, (low, high) = " or ".join(sorted(units)), f.gain.interval95
     return [
         "On rows that were left out of the fit, it reduces the noise-weighted error where it shows from ",

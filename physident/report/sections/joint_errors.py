@@ -8,7 +8,6 @@ from markupsafe import Markup
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.graphics import style
-from physident.graphics.figures.residual import torque_units
 from physident.report.chart import legend
 from physident.report.markup import tag
 from physident.report.numbers import SPACE, arrow, change, percent, quantity
@@ -39,7 +38,7 @@ def joint_errors(c: DiagnosisRecord) -> Markup:
 
 
 def _row(c: DiagnosisRecord, j: int, largest: float) -> Markup:
-    unit = torque_units(c.model.robot)[j]
+    unit = c.model.robot.torque_units[j]
     shown = [(c.before, style.AS_IT_WAS), (c.after, style.EXTENDED)][: 2 if c.extended is not None else 1]
     bars = [
         tag("div", tag("i", style=f"width:{100 * x.relative[j] / largest:.1f}%;background:{colour}"), class_="bar")

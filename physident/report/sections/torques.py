@@ -12,7 +12,6 @@ from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED, listed
 from physident.effects.contact import Contact
 from physident.errors import InputError
 from physident.graphics import style
-from physident.graphics.figures.residual import torque_units
 from physident.report.chart import Line, legend, line_chart
 from physident.report.markup import tag
 from physident.report.numbers import arrow, change, percent
@@ -76,7 +75,7 @@ def _bands(c: DiagnosisRecord, sha256: str) -> list[tuple[float, float]]:
 
 
 def _joint(c: DiagnosisRecord, pair: Pair, j: int, start: float, bands: Sequence[tuple[float, float]]) -> Markup:
-    unit, robot = torque_units(c.model.robot)[j], c.model.robot
+    unit, robot = c.model.robot.torque_units[j], c.model.robot
     rows = np.flatnonzero(pair.before.counted[:, j])
     title = f"Joint {j + 1}, {robot.joint_names[j]}"
     if not len(rows):

@@ -8,7 +8,6 @@ from physident.diagnosis.result.findings import UnseenReason
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import numbered
 from physident.effects.catalogue import effect_label, effect_scope
-from physident.graphics.figures.residual import torque_units
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
 
@@ -92,7 +91,7 @@ def _remainder(c: DiagnosisRecord) -> list[Markup]:
     left = c.structured
     if not left:
         return [tag("p", "The residual is no more autocorrelated than noise through the same filter.")]
-    units = torque_units(c.model.robot)
+    units = c.model.robot.torque_units
     head = ["", "RMS", "memory", "noise's memory", "description"]
     rows = [
         [
