@@ -19,6 +19,7 @@ from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.kinematic_tree import Joint
+from physident.robots.robot import Robot
 from physident.validation.scores import compare
 
 Array = NDArray[np.float64]
@@ -53,15 +54,15 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
         simpler, values = effect.folded(model.robot, theta)
         if effect.acts_on == "measurement":
             kept.append((effect, theta))
-            measured.append(described(effect, theta))
+            measured.append(described(model.robot, effect, theta))
         elif holds(simpler, values):
             kept.append((simpler, values))
             if simpler is not effect:
                 joints = ", ".join(str(j + 1) for j in effect.active(model.robot))
-                folded.append(f"{effect.name} on joints {joints} written as {described(simpler, values)}")
+                folded.append(f"{effect.name} on joints {joints} written as {described(model.robot, simpler, values)}")
         else:
             left_out.append((effect, theta))
-            lost.append(described(effect, theta))
+            lost.append(described(model.robot, effect, theta))
     lines = nearest_lines(model.robot, kept, left_out)
     folded += [_written(model.robot.joints[line.joint], line) for line in lines]
     kept += added(lines, 1.0)
@@ -73,12 +74,14 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
 
 def _written(joint: Joint, line: Line) -> str:
     """What was written for the friction of a joint, in one line."""
-    viscous, dry = ("N m s/rad", "N m") if joint.kind == "revolute" else ("N s/m", "N")
-    return f"friction of joint {line.joint + 1} ({joint.name}) written as the nearest damping {line.damping:.4g} {viscous} and dry friction {line.dry:.4g} {dry}"
+    damping, dry = f"{line.damping:.4g} {joint.unit('N m s/rad')}", f"{line.dry:.4g} {joint.unit('N m')}"
+    return f"friction of joint {line.joint + 1} ({joint.name}) written as the nearest damping {damping} and dry friction {dry}"
 
 
-def described(effect: Effect, theta: Array) -> str:
-    """An effect with its unit and the first of its parameters (k,), in one line."""
+def described(robot: Robot, effect: Effect, theta: Array) -> str:
+    """An effect with what its parameters (k,) mean, or with its unit and the first of them, in one line."""
+    if words := effect.in_words(robot, theta):
+        return f"{effect.name}: {words.removesuffix('.')}"
     more = ", ..." if len(theta) > PRINTED_VALUES else ""
     return f"{effect.name} [{effect.unit}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
 
@@ -112,8 +115,8 @@ def loss_of_torque(estimate: Estimate, held: Model, recordings: Sequence[Recordi
     else:
         own, exported, where = *_along_random_motion(before, held), "along a random motion inside the limits"
     worse = [
-        f"joint {j} {after:.3g} instead of {error:.3g} N m"
-        for j, (error, after) in enumerate(zip(own, exported, strict=True), 1)
+        f"joint {j} {after:.3g} instead of {error:.3g} {unit}"
+        for j, (error, after, unit) in enumerate(zip(own, exported, whole.robot.torque_units, strict=True), 1)
         if after > TOLERATED * error
     ]
     if not worse:

@@ -23,7 +23,7 @@ def callback_of(model: Model, held: Held) -> str | None:
     robot, inertia = model.robot, model.added_inertia()
     sources = [(effect, theta, _source(effect, model, theta)) for effect, theta in held.left_out]
     known = [(effect, source) for effect, _, source in sources if source is not None]
-    missing = [described(effect, theta) for effect, theta, source in sources if source is None]
+    missing = [described(model.robot, effect, theta) for effect, theta, source in sources if source is None]
     if not known:
         raise InputError(
             f"a callback cannot express {', '.join(missing)}; expected effects that depend on one instant: leave --callback out"
