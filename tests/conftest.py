@@ -8,12 +8,16 @@ from pathlib import Path
 import pytest
 
 import physident as pid
+from physident.processes import VARIABLE
 from tests.opened import record_healthy
 
 ROOT = Path(__file__).resolve().parents[1]
 UR10E_COLUMNS = "time=0,q=1:7,dq=7:13,current=13:19"
 UR10E_GAINS = (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)  # N m/A
 UR5_GAINS = (10.7, 10.7, 10.7, 10.2, 10.2, 10.2)  # N m/A
+
+if "PYTEST_XDIST_WORKER" in os.environ:  # each worker has a processor; tests of several processes ask for them
+    os.environ.setdefault(VARIABLE, "1")
 
 
 @pytest.fixture(scope="session")
