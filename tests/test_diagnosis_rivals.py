@@ -13,6 +13,7 @@ from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.result.values import _shapes
 from physident.diagnosis.rivals.rivals import check_rivals
+from physident.diagnosis.rivals.same_torque import _makes
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate
 from physident.diagnosis.search.candidate_scores import score_candidates
@@ -139,3 +140,12 @@ def test_a_power_is_told_apart_from_the_first(ur5: pid.Robot, healthy_runs: list
     left = column - rows @ np.linalg.lstsq(rows, column, rcond=1e-10)[0]
     assert left @ left > 0.9 * VISIBLE * (column @ column)
     assert left_out_gains(bent.data, bent.baseline, bent.fit).evidence[bent.data.candidates.index(power), 0] > 100
+
+
+@pytest.mark.parametrize(("before_it", "same"), [(3.0, False), (0.1, True), (0.0, True)])
+def test_an_effect_that_is_missing_on_one_joint_makes_another_torque(before_it: float, same: bool) -> None:
+    """A weight on a slide is thirty times the noise there, and to the joint before it an inertia of some of its noise, or of little."""
+    rng = np.random.default_rng(2)
+    weight = np.column_stack([before_it * rng.standard_normal(400), np.full(400, 30.0)]).ravel()
+    offset = np.column_stack([np.zeros(400), np.ones(400)]).reshape(-1, 1)
+    assert _makes(offset, weight, 2, 2) is same

@@ -92,7 +92,7 @@ def test_the_callback_adds_what_mjcf_lacks(tmp_path: Path) -> None:
         "stribeck_friction",
         "nonlinear_viscous_friction",
         "load_dependent_friction",
-        "hysteresis on joints 3",
+        "hysteresis on joint 3",
     ):
         assert part in listed
     compiled = mujoco.MjModel.from_xml_string(exported.text)

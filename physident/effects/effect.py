@@ -34,8 +34,7 @@ class Effect(ABC):
     """A physical effect: torque that is linear in its parameters, tau = Phi(q, v, a) theta.
 
     ``joints`` (from 1) restricts it to some joints, None for all. A subclass states ``name``, ``unit`` and ``family`` and implements
-    ``values``; every other member has a default for one parameter per joint. Raises InputError for ``joints`` of the whole arm or a number.
-    """
+    ``values``; other members have defaults for one parameter a joint. Raises InputError for ``joints`` of the whole arm or a number."""
 
     joints: tuple[int, ...] | None = None
 
@@ -66,7 +65,8 @@ class Effect(ABC):
     advance: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        refuse_one_number(self.name, joints=self.joints)
+        shapes = {shape.field: getattr(self, shape.field) for shape in self.shape_parameters}
+        refuse_one_number(self.name, joints=self.joints, **shapes)
         if self.scope is Scope.WHOLE_ARM and self.joints is not None:
             raise InputError(f"{self.name} acts on the whole arm but joints are {self.joints}; leave joints out")
 

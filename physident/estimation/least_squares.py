@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.regressor import Regressor
 from physident.errors import NotSolvedError
+from physident.estimation.physical.certificate import condition_number
 from physident.estimation.uncertainty import RANK_TOLERANCE, correlation_rows, jackknife
 from physident.estimation.weighting import compress, expand, joint_sigma, noise_floor, weight_rows, whiten
 from physident.identifiability.base_parameters import BaseParameters
@@ -122,7 +123,7 @@ def solve_step(regressor: Regressor, base: BaseParameters, weights: Array | None
     kept = singular > RANK_TOLERANCE * singular[0]
     step = Vt[kept].T @ ((U[:, kept].T @ (factor.z - factor.R @ start)) / singular[kept])
     lost = np.abs(Vt[~kept]).max(axis=0, initial=0.0)
-    return Step(start + step / scale, scale, lost < 1e-6, float(singular[0] / singular[kept][-1]))
+    return Step(start + step / scale, scale, lost < 1e-6, condition_number(singular))
 
 
 def _noise(regressor: Regressor, residual: Array, base: BaseParameters, full: bool) -> Array:

@@ -15,11 +15,14 @@ from physident.excitation.motion.series import Series
 from physident.excitation.motion.trajectory import Trajectory
 from physident.excitation.task import UNSCALED, Task
 from physident.identifiability.manipulability import Manipulability
+from physident.large_arrays import magnitude
 from physident.notebook import results_html
+from physident.recordings.signals import MOVING_SPEED
 
 Limits = Literal["all", "joint"]
 LIMITS: tuple[Limits, ...] = ("all", "joint")
 SCHEMA = "physident.design/1"
+CHECKED = 1000  # instants of a period
 BANDS = ((20.0, "good"), (100.0, "usable"))  # of the condition number of unscaled columns
 
 
@@ -112,10 +115,23 @@ class Design:
             return "the joints' limits hold, starts and ends at rest; torque, tool, table and links were not checked"
         return "every limit holds, starts and ends at rest"
 
+    @cached_property
+    def still_joints(self) -> tuple[int, ...]:
+        """The joints (from 1) that hardly move: a sliding one shows its link's mass at rest, and none of its friction."""
+        t = self.trajectory
+        speed = magnitude(t.states(np.arange(CHECKED) / CHECKED / t.base_frequency).v)
+        return tuple(j + 1 for j in np.flatnonzero(speed < MOVING_SPEED).tolist())
+
     def __repr__(self) -> str:
         band = next((name for limit, name in BANDS if self.condition <= limit), "poor")
         # the condition number of scaled columns has no usual size
         quality = f"{band}; " if self.weighting == UNSCALED else ""
+        if self.still_joints:
+            one = len(self.still_joints) == 1
+            quality = (
+                f"joint{'' if one else 's'} {', '.join(map(str, self.still_joints))} hardly move{'s' if one else ''}, which shows no friction"
+                " there, so identify would refuse it; design with a model that has friction (--model); "
+            )
         return f"{self.summary}\nverdict: {quality}{self.limits_verdict}"
 
     def _repr_html_(self) -> str:

@@ -58,8 +58,10 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
         elif holds(simpler, values):
             kept.append((simpler, values))
             if simpler is not effect:
-                joints = ", ".join(str(j + 1) for j in effect.active(model.robot))
-                folded.append(f"{effect.name} on joints {joints} written as {described(model.robot, simpler, values)}")
+                joints = [str(j + 1) for j in effect.active(model.robot)]
+                folded.append(
+                    f"{effect.name} on joint{'s' if len(joints) > 1 else ''} {', '.join(joints)} written as {described(model.robot, simpler, values)}"
+                )
         else:
             left_out.append((effect, theta))
             lost.append(described(model.robot, effect, theta))
@@ -83,7 +85,12 @@ def described(robot: Robot, effect: Effect, theta: Array) -> str:
     if words := effect.in_words(robot, theta):
         return f"{effect.name}: {words.removesuffix('.')}"
     more = ", ..." if len(theta) > PRINTED_VALUES else ""
-    return f"{effect.name} [{effect.unit}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
+    return f"{effect.name} [{units_in_words(robot, effect)}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
+
+
+def units_in_words(robot: Robot, effect: Effect) -> str:
+    """The units of an effect's parameters on the joints that it acts on."""
+    return "|".join(dict.fromkeys(column.unit for column in effect.columns(robot)))
 
 
 def training_recordings(estimate: Estimate) -> list[Recording]:

@@ -15,6 +15,7 @@ from physident.effects.catalogue import CATALOGUE
 from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
+from physident.export.held import units_in_words
 from physident.files import write_text
 from physident.robots.robot import Robot
 
@@ -174,7 +175,7 @@ def _effect_torques(model: Model) -> _Torques:
         if (advance := effect.advance_source(model.robot)) is not None:
             target.append(f"z = np.asarray(state[{len(advances)}], dtype=float)")
             advances.append(advance)
-        target.append(f"{total} += {source}  # {effect.name} [{effect.unit}]")
+        target.append(f"{total} += {source}  # {effect.name} [{units_in_words(model.robot, effect)}]")
         timed = timed or uses(source, "t")
     if unknown:
         known = [name for name, cls in CATALOGUE.items() if cls.formulas or cls.numpy_source is not Effect.numpy_source]

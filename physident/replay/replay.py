@@ -133,7 +133,7 @@ def _not_simulated(model: Model) -> tuple[str, ...]:
     """One line for each effect that neither simulator has: one of an event, or one that needs other instants."""
     parts = [(e, theta) for e, theta in model.effect_parameters() if e.acts_on == "plant"]
     return tuple(
-        f"not simulated: {described(effect, theta)}"
+        f"not simulated: {described(model.robot, effect, theta)}"
         for effect, theta in parts
         if effect.detection is Detection.BY_TIME or not (effect.pointwise or effect.state_size(model.robot))
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ from physident.robots.urdf import MOVING, Description, UrdfJoint, UrdfLink
 
 Array = NDArray[np.float64]
 # of a joint that turns, and of one that slides
-SLIDING_UNITS = (("kg m^2", "kg"), ("(N m)", "N"), ("N m", "N"), ("rad", "m"))
+SLIDING_UNITS = ((r"\bkg m\^2", "kg"), (r"\(N m\)", "N"), (r"\bN m\b", "N"), (r"\brad\b", "m"))
 
 
 def pinocchio_model(description: Description, source: str, order: Sequence[str] | None = None) -> Any:
@@ -129,10 +130,11 @@ class Joint:
     translation: Array
 
     def unit(self, turning: str) -> str:
-        """The unit on this joint of what has the unit ``turning`` on one that turns: a force for a torque, a distance for an angle."""
+        """The unit on this joint, or a text with units, of what has the unit ``turning`` on one that turns: a force for a torque, a distance
+        for an angle."""
         if self.kind == "prismatic":
             for turns, slides in SLIDING_UNITS:
-                turning = turning.replace(turns, slides)
+                turning = re.sub(turns, slides, turning)
         return turning
 
 

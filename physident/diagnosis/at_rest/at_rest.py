@@ -62,7 +62,7 @@ def diagnose_at_rest(model: Estimate | Model, recordings: Recordings) -> AtRest:
         poses.append(
             Pose(recording.source, recording.duration, q, gained.torque.mean(axis=0), gravity, std, breakaway(arm, q))
         )
-    return AtRest(tuple(poses), arm.robot.joint_names)
+    return AtRest(tuple(poses), arm.robot.joint_names, arm.robot.torque_units)
 
 
 def breakaway(model: Model, q: Array) -> Array:

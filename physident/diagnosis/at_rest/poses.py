@@ -59,6 +59,7 @@ class AtRest:
 
     poses: tuple[Pose, ...]
     joints: tuple[str, ...]
+    torque_units: tuple[str, ...]
 
     @property
     def outside(self) -> tuple[int, ...]:
@@ -78,19 +79,22 @@ class AtRest:
         for pose in self.poses:
             title = f"{Path(pose.source).name}, {pose.duration:.1f} s at rest"
             rows += ["", title.ljust(COLUMN) + "".join(f"{j:>9d}" for j in range(1, len(self.joints) + 1))]
+            unit = "|".join(dict.fromkeys(self.torque_units))
             table = {
-                "  measured [N m]": pose.measured, "  gravity, by the model [N m]": pose.gravity,
-                "  difference [N m]": pose.held, "  breakaway torque [N m]": pose.friction,
+                f"  measured [{unit}]": pose.measured, f"  gravity, by the model [{unit}]": pose.gravity,
+                f"  difference [{unit}]": pose.held, f"  breakaway torque [{unit}]": pose.friction,
             }  # fmt: skip
-            rows += [label.ljust(COLUMN) + "".join(f"{x:9.3g}" for x in values) for label, values in table.items()]
+            rows += [label.ljust(COLUMN) + "".join(f" {x:8.3g}" for x in values) for label, values in table.items()]
         return "\n".join(part for row in rows for part in wrapped(row))
 
     def _answer(self) -> str:
         count = len(self.poses) * len(self.joints)
-        largest = max(float(np.abs(pose.held).max()) for pose in self.poses)
+        sizes = np.max([np.abs(pose.held) for pose in self.poses], axis=0)
+        units = dict.fromkeys(self.torque_units)
+        most = " and ".join(f"{sizes[[one == unit for one in self.torque_units]].max():.2g} {unit}" for unit in units)
         if not self.outside:
             return (
-                f"nothing contradicts the model; the {count} torques differ from modelled gravity by up to {largest:.2g} N m,"
+                f"nothing contradicts the model; the {count} torques differ from modelled gravity by up to {most},"
                 " never by more than static friction can explain"
             )
         several = "s" if len(self.outside) > 1 else ""

@@ -13,7 +13,7 @@ from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.estimated_model import Source
 from physident.estimation.estimators import WLS
-from physident.estimation.physical.certificate import Certificate
+from physident.estimation.physical.certificate import Certificate, condition_number
 from physident.estimation.physical.cones import physical_cones
 from physident.estimation.regressor_fit import fit_with_rests, smallest_share
 from physident.estimation.uncertainty import correlation_rows
@@ -43,10 +43,10 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
     size, counted = np.linalg.norm(hypothesis.torque, axis=0), regressor.counted.sum(axis=0)
     decided = np.sqrt(np.maximum(np.diag(covariance), 0.0)) > 0
     matrices = physical_cones(model.robot, model.effects).matrices
-    eigenvalues = np.linalg.eigvalsh(hypothesis.fit.normal / _scale(hypothesis.fit.normal))
+    eigenvalues = np.linalg.eigvalsh(hypothesis.fit.normal / _scale(hypothesis.fit.normal))[::-1]
     certificate = Certificate(
         stationarity=_stationarity(hypothesis),
-        condition=float(np.sqrt(eigenvalues[-1] / max(eigenvalues[0], 1e-300))),
+        condition=condition_number(np.sqrt(np.maximum(eigenvalues, 0.0), dtype=np.float64)),
         determined=int(decided.sum()),
         iterations=1,
         eigenvalues=tuple(smallest_share(m.at(model.theta)) for m in matrices),

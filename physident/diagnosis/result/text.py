@@ -114,7 +114,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
 
 def _first_values(f: Finding) -> str:
     """The first values of a finding that is one line."""
-    shown = [_value(v, f.by_joint) for v in f.parameters if v.std > 0 or v.change != 0]
+    shown = [_value(v, f.by_joint) for v in f.parameters]
     more = f", and {len(shown) - VALUES} more" if len(shown) > VALUES else ""
     return f": {', '.join(shown[:VALUES])}{more}" if shown else ""
 
@@ -173,12 +173,11 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
         f" [{low:.1f}, {high:.1f}]"
     ]
     rows += [f"   {f.in_words}"] if f.in_words else []
-    decided = [v for v in f.parameters if v.std > 0 or v.change != 0]  # the rest is what no motion shows
-    shown = decided[: 2 * VALUES]
+    shown = f.parameters[: 2 * VALUES]
     texts = [_value(v, f.by_joint) for v in shown]
     rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]
-    if len(decided) > len(shown):
-        rows[-1] += f", and {len(decided) - len(shown)} more"
+    if len(f.parameters) > len(shown):
+        rows[-1] += f", and {len(f.parameters) - len(shown)} more"
     open_ones = [v for v in shown if v.interval95[0] < 0 < v.interval95[1] and v.change == v.value]
     if open_ones and len(open_ones) == len(shown):
         rows.append("   the effect is significant, none of its single values is: every interval includes zero")
@@ -217,10 +216,12 @@ def _value(v: ParameterValue, several: bool) -> str:
 def _unexplained(d: DiagnosisRecord) -> list[str]:
     unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
     if not d.structured:
-        return [
-            *unseen,
-            "unexplained: noise; the residual has no more memory than filtered noise, or lies within the noise floor",
-        ]
+        noise = "the residual has no more memory than filtered noise, or lies within the noise floor"
+        return (
+            [*unseen, f"of the diagnosed recordings themselves: {noise}"]
+            if unseen
+            else [f"unexplained: noise; {noise}"]
+        )
     return [*unseen, "unexplained structure in the residual:"] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured

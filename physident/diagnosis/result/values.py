@@ -42,6 +42,8 @@ def parameter_values(
     unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
     for column, value, change, variance in compress(zip(columns, values, changes, variances, strict=True), ~unfelt):
         error = float(np.sqrt(max(variance, 0.0)))
+        if error == 0 and change == 0:  # no motion of these shows it
+            continue
         result.append(
             ParameterValue(
                 name=_short(column.name, effect.name),

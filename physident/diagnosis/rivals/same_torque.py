@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 DURATION = 40.0  # s: every joint then moves through its range some ten times, in step with no other
 PARTS = 4  # sines of each joint's motion
 RATE = 20.0  # samples for each period of the cutoff
-NEARLY = 0.05  # share of an effect's power: the torque that is left is less than a quarter of the effect, and smaller than its error
+NEARLY = 0.05  # share of a power: the torque that is left is less than a quarter of the effect, on each joint or of that joint's noise
 
 
 def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
@@ -56,7 +56,7 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         for c in problem.candidates
         if c.key not in taken and not problem.is_friction_of_resting_joint(c) and not _follows_any_motion(c)
     ]
-    result = {}
+    result, n = {}, problem.model.robot.n
     for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
         if one.candidate is CONTACT:
             continue
@@ -67,7 +67,7 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         result[one.candidate.key] = [
             c
             for c in others
-            if any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1)) for o in c.options)
+            if any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1), n) for o in c.options)
         ]
     return result
 
@@ -175,12 +175,14 @@ def _rank(columns: Array) -> int:
     return int(np.sum(s > 1e-3 * s.max(initial=0.0)))
 
 
-def _makes(columns: Array, torque: Array, most: int) -> bool:
-    """Whether columns of at most so many independent torques make nearly all of a torque."""
-    power = float(torque @ torque)
-    if power == 0.0 or not columns.any():
+def _makes(columns: Array, torque: Array, most: int, n: int) -> bool:
+    """Whether columns of at most so many independent torques make nearly all of a torque of n joints, in units of their noise, and on each
+    joint all but what is small beside it or beside noise: a weight on a slide is an offset there, and inertia to the joints before it."""
+    if not torque.any() or not columns.any():
         return False
     inner = columns.T @ columns
     root = whitening(inner[None], inner[None])[0]
-    left = power - float(np.sum((root.T @ (columns.T @ torque)) ** 2))
-    return left < NEARLY * power and _rank(columns) <= most
+    left = (torque - columns @ (root @ (root.T @ (columns.T @ torque)))).reshape(-1, n)
+    power, rest = (np.sum(part.reshape(-1, n) ** 2, axis=0) for part in (torque, left))
+    alike = rest.sum() < NEARLY * power.sum() and (rest < NEARLY * np.maximum(power, len(left))).all()
+    return bool(alike and _rank(columns) <= most)

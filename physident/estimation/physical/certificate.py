@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.estimation.uncertainty import RANK_TOLERANCE
+
 Array = NDArray[np.float64]
 
 
@@ -21,7 +23,7 @@ class Certificate:
     ``stationarity``: largest gradient of the Lagrangian relative to the size of its terms (dual residual); ``primal``:
     largest violation of a cone relative to the size of its terms; ``gap``: duality gap relative to the objective or,
     where that is larger, to the size of its terms; ``eigenvalues``: smallest eigenvalue of each link's pseudo-inertia
-    over the largest. ``condition`` number of the scaled regressor; ``determined``: number of base parameters that the
+    over the largest. ``condition`` number of the scaled regressor, without directions that nothing decides; ``determined``: number of base parameters that the
     data determine; ``iterations`` of the estimator.
     """
 
@@ -32,6 +34,11 @@ class Certificate:
     primal: float = 0.0
     gap: float = 0.0
     eigenvalues: tuple[float, ...] = ()
+
+
+def condition_number(singular: NDArray[np.floating]) -> float:
+    """The largest over the smallest singular value (k,), which come in descending order, of those that rounding does not decide."""
+    return float(singular[0] / singular[singular > RANK_TOLERANCE * singular[0]][-1]) if singular.any() else 1.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -14,7 +14,7 @@ from physident.errors import NotSolvedError
 from physident.estimation.estimators import HUBER, Physical
 from physident.estimation.least_squares import solve_step
 from physident.estimation.physical.bootstrap import bootstrap_covariance
-from physident.estimation.physical.certificate import Certificate
+from physident.estimation.physical.certificate import Certificate, condition_number
 from physident.estimation.physical.cones import Cones, physical_cones
 from physident.estimation.physical.coordinates import Coordinates
 from physident.estimation.physical.information_shares import InformationShares, information_shares
@@ -201,7 +201,7 @@ def _certificate(fit: _Fit, theta: Array, cones: Cones, shares: InformationShare
     singular = np.linalg.svd(fit.data.R / lengths, compute_uv=False)
     return Certificate(
         stationarity=optimality.dual,
-        condition=float(singular[0] / max(singular[-1], 1e-300)),
+        condition=condition_number(singular),
         determined=shares.base_by_data,
         iterations=fit.iterations,
         primal=optimality.primal,

@@ -9,7 +9,7 @@ import numpy as np
 from physident.dynamics.model import Model
 from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
-from physident.export.held import Held, described
+from physident.export.held import Held, described, units_in_words
 from physident.export.python import RIGID_BODY, constants_of, plain, uses
 
 
@@ -30,7 +30,9 @@ def callback_of(model: Model, held: Held) -> str | None:
         )
     needs_load = any(uses(source, "load") for _, source in known)
     load = f"rigid_body(q, v, a) + {array_source(inertia.armature)} * a" if needs_load else "None"
-    body = "\n    ".join(f"tau += {source}  # {effect.name} [{effect.unit}]" for effect, source in known)
+    body = "\n    ".join(
+        f"tau += {source}  # {effect.name} [{units_in_words(robot, effect)}]" for effect, source in known
+    )
     rigid = constants_of(robot, inertia.links, np.array(robot.gravity) + inertia.gravity) + RIGID_BODY
     left = "".join(f"\nNot in this file either: {plain(text)}." for text in missing)
     return f'''"""Joint torques of {plain(robot.name)} that its MJCF does not hold, as a callback for MuJoCo, identified with physident.

@@ -31,6 +31,7 @@ def advice(c: DiagnosisRecord) -> Markup:
         *_again(c),
         *_rivals(c),
         *_holdout(c),
+        *_wrong_unseen(c),
         *_uncertain(c),
         *_remainder(c),
         *_unseen(c),
@@ -53,6 +54,15 @@ def _again(c: DiagnosisRecord) -> list[str]:
     return [
         "Record a motion of the model's own recordings again: compared row by row, what the model always lacked cancels, and what has"
         " changed is left. physident plan --diagnosis writes such a motion."
+    ]
+
+
+def _wrong_unseen(c: DiagnosisRecord) -> list[str]:
+    if not c.wrong_unseen:
+        return []
+    where = f"joint{'s' if len(c.wrong_unseen) > 1 else ''} {numbered(c.wrong_unseen)}"
+    return [
+        f"Record more motions like the holdout's, and diagnose them, too: the extended model does not predict {where} there."
     ]
 
 

@@ -42,6 +42,9 @@ def _lacked(f: Finding) -> Markup:
 def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
     effect = CATALOGUE[f.effect]
     equation = (inspect.getdoc(effect) or "").split("\n\n")[0].replace("``", "")
+    joints = [c.model.robot.joints[j - 1] for j in f.joints]
+    if joints and all(joint.kind == "prismatic" for joint in joints):
+        equation = joints[0].unit(equation)
     title = cause(f.effect, f.joints)
     return tag(
         "article",
