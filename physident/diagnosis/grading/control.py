@@ -32,7 +32,8 @@ from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
 CERTAIN = 0.01  # how often noise makes a change of one of the effects that did not change
-UNUSUAL = 0.05  # how often healthy recordings differ so: of two or three, 0.01 would ask for ten standard deviations
+UNUSUAL = 0.05  # how often healthy recordings differ so, where few say by how much: of three, 0.01 would ask for ten standard deviations
+ENOUGH = 4  # differences, as from five recordings of two times: 0.01 then asks for six standard deviations
 
 
 def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
@@ -95,10 +96,10 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
     left = list(range(len(tested)))
     while left:
-        doubt = {
-            k: max(noise * len(left) / CERTAIN, usual / UNUSUAL)
-            for k, (noise, usual) in zip(left, joint.chances(left), strict=True)
-        }
+        doubt = {}
+        for k, (noise, usual) in zip(left, joint.chances(left), strict=True):
+            beyond_usual = usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else usual / UNUSUAL
+            doubt[k] = max(noise * len(left) / CERTAIN, beyond_usual)
         doubtful = [k for k in left if doubt[k] >= 1]
         if not doubtful:
             break

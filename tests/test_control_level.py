@@ -1,0 +1,31 @@
+"""How sure a change must be depends on how many recordings say by how much healthy ones differ."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from physident.diagnosis.grading import control
+from physident.diagnosis.grading.scatter import Scatter
+
+SURE = 1e-9  # how often noise alone makes such a difference
+
+
+@pytest.mark.parametrize(
+    ("usual", "count", "tested", "changed"),
+    [(0.02, 3, 1, 1), (0.02, 4, 1, 0), (0.004, 4, 1, 1), (0.004, 4, 2, 2), (0.0075, 4, 2, 1), (0.06, 2, 1, 0)],
+)
+def test_what_healthy_recordings_differ_by_is_held_to_the_level_of_noise_once_enough_say_it(
+    usual: float, count: int, tested: int, changed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joint = SimpleNamespace(
+        chances=lambda left: [(SURE, usual)] * len(left), scatter=lambda _: Scatter(variance=1.0, count=count)
+    )
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    problem = SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3)))
+    places = [np.array([3 + k]) for k in range(tested)]
+    hypothesis: Any = SimpleNamespace(problem=problem, extension=SimpleNamespace(places=places))
+    assert sum(control.changed_since(hypothesis, (), range(tested))) == changed
