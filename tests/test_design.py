@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -121,6 +123,14 @@ def test_joint_rows_bound_every_instant(ur5):
 @pytest.fixture(scope="module")
 def quick(ur5) -> pid.Design:
     return pid.design_trajectory(ur5, limits="joint", seed=1, harmonics=3, starts=1, generations=4)
+
+
+def test_a_motion_in_which_a_joint_hardly_moves_is_not_called_good(quick: pid.Design) -> None:
+    assert quick.still_joints == ()
+    t, slow = quick.trajectory, np.array([1, 1, 1e-4, 1, 1, 1])
+    still = replace(quick, trajectory=replace(t, a=t.a * slow[:, None], b=t.b * slow[:, None]))
+    assert still.still_joints == (3,)
+    assert "verdict: joint 3 hardly moves" in str(still)
 
 
 def test_a_design_beats_random_motions_within_the_limits(ur5, quick):

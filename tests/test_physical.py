@@ -18,7 +18,7 @@ from physident.effects.friction import NonlinearViscousFriction
 from physident.errors import NotSolvedError, PhysidentWarning
 from physident.estimation.estimators import OLS, WLS, Physical
 from physident.estimation.physical.bounds import Bound, Box, Ellipsoid, volume_rows
-from physident.estimation.physical.certificate import Multipliers, check_optimality
+from physident.estimation.physical.certificate import Multipliers, check_optimality, condition_number
 from physident.estimation.physical.cones import Cones, physical_cones
 from physident.estimation.physical.coordinates import SQUARES, TRACES, UNITS, Coordinates
 from physident.estimation.physical.prior import Entropic, NominalDistance, NoPrior, Prior, solid_link
@@ -343,3 +343,8 @@ def test_real_ur10e_least_squares_is_no_arm_and_physical_is(data: Path) -> None:
     unseen = pid.load_recordings(data / "ur10e/ur-20_02_06-20sec_10harm.csv", UR10E_COLUMNS, UR10E_GAINS)
     wls = pid.validate(pid.identify(robot, runs), unseen).rms
     assert (pid.validate(estimate, unseen).rms < 1.1 * wls).all()
+
+
+def test_directions_that_nothing_decides_have_no_part_in_the_condition_number() -> None:
+    assert condition_number(np.array([4.0, 2.0, 0.5])) == 8.0
+    assert condition_number(np.array([4.0, 2.0, 1e-160, 0.0])) == 2.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
@@ -21,6 +22,11 @@ class Column:
     unit: str
     joint: int
     effect: str
+
+
+def units_in_words(columns: Iterable[Column]) -> str:
+    """The units of some columns, each once: those of joints that turn and of joints that slide differ."""
+    return "|".join(dict.fromkeys(column.unit for column in columns))
 
 
 @dataclass(frozen=True, eq=False)

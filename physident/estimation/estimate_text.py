@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import units_in_words
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.estimated_model import EstimatedModel
 from physident.estimation.estimators import Physical
@@ -131,7 +132,7 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     apart = {"rigid_body", *(effect.name for effect in model.effects if isinstance(effect, LearnedCurve))}
     effects = [e for e in dict.fromkeys(c.effect for c in model.columns) if e not in apart]
     single = [e for e in effects if all(count == 1 for (name, _), count in counts.items() if name == e)]
-    units = {effect: "|".join(dict.fromkeys(c.unit for c in model.columns if c.effect == effect)) for effect in single}
+    units = {effect: units_in_words(c for c in model.columns if c.effect == effect) for effect in single}
     errors = estimate.standard_errors
     head, unit = ("joint", "error %", "sigma", "worth"), ("", "", f"[{model.robot.torque_unit}]", "")
     first = [f"{a:>5}  {b:>7}  {c:>9}  {d:>5}" for a, b, c, d in (head, unit)]

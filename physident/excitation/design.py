@@ -13,7 +13,7 @@ from physident.excitation.limits.limit import Margin
 from physident.excitation.limits.self_collision import ExcludedPair
 from physident.excitation.motion.series import Series
 from physident.excitation.motion.trajectory import Trajectory
-from physident.excitation.task import UNSCALED, Task
+from physident.excitation.task import CHECKED, UNSCALED, Task
 from physident.identifiability.manipulability import Manipulability
 from physident.large_arrays import magnitude
 from physident.notebook import results_html
@@ -22,7 +22,6 @@ from physident.recordings.signals import MOVING_SPEED
 Limits = Literal["all", "joint"]
 LIMITS: tuple[Limits, ...] = ("all", "joint")
 SCHEMA = "physident.design/1"
-CHECKED = 1000  # instants of a period
 BANDS = ((20.0, "good"), (100.0, "usable"))  # of the condition number of unscaled columns
 
 

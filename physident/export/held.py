@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.classification import Detection
+from physident.effects.classification import Detection, units_in_words
 from physident.effects.effect import Effect
 from physident.errors import InputError, PhysidentError
 from physident.estimation.estimate import Estimate
@@ -85,12 +85,7 @@ def described(robot: Robot, effect: Effect, theta: Array) -> str:
     if words := effect.in_words(robot, theta):
         return f"{effect.name}: {words.removesuffix('.')}"
     more = ", ..." if len(theta) > PRINTED_VALUES else ""
-    return f"{effect.name} [{units_in_words(robot, effect)}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
-
-
-def units_in_words(robot: Robot, effect: Effect) -> str:
-    """The units of an effect's parameters on the joints that it acts on."""
-    return "|".join(dict.fromkeys(column.unit for column in effect.columns(robot)))
+    return f"{effect.name} [{units_in_words(effect.columns(robot))}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
 
 
 def training_recordings(estimate: Estimate) -> list[Recording]:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import units_in_words
 from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
-from physident.export.held import units_in_words
 from physident.files import write_text
 from physident.robots.robot import Robot
 
@@ -175,7 +175,7 @@ def _effect_torques(model: Model) -> _Torques:
         if (advance := effect.advance_source(model.robot)) is not None:
             target.append(f"z = np.asarray(state[{len(advances)}], dtype=float)")
             advances.append(advance)
-        target.append(f"{total} += {source}  # {effect.name} [{units_in_words(model.robot, effect)}]")
+        target.append(f"{total} += {source}  # {effect.name} [{units_in_words(effect.columns(model.robot))}]")
         timed = timed or uses(source, "t")
     if unknown:
         known = [name for name, cls in CATALOGUE.items() if cls.formulas or cls.numpy_source is not Effect.numpy_source]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from physident.effects.classification import units_in_words
 from physident.estimation.estimated_model import EstimatedModel
 from physident.notebook import results_html
 
@@ -15,9 +16,7 @@ def estimate_html(estimate: EstimatedModel, text: str) -> str:
         (c.effect, c.joint): k for k, c in enumerate(estimate.model.columns) if c.name == f"{c.effect}_{c.joint}"
     }
     effects = list(dict.fromkeys(effect for effect, _ in columns))
-    units = {
-        name: "|".join(dict.fromkeys(c.unit for c in estimate.model.columns if c.effect == name)) for name in effects
-    }
+    units = {name: units_in_words(c for c in estimate.model.columns if c.effect == name) for name in effects}
     head = [
         "joint",
         "error [%]",

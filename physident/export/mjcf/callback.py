@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from physident.dynamics.model import Model
+from physident.effects.classification import units_in_words
 from physident.effects.effect import Effect, array_source
 from physident.errors import InputError
-from physident.export.held import Held, described, units_in_words
+from physident.export.held import Held, described
 from physident.export.python import RIGID_BODY, constants_of, plain, uses
 
 
@@ -31,7 +32,7 @@ def callback_of(model: Model, held: Held) -> str | None:
     needs_load = any(uses(source, "load") for _, source in known)
     load = f"rigid_body(q, v, a) + {array_source(inertia.armature)} * a" if needs_load else "None"
     body = "\n    ".join(
-        f"tau += {source}  # {effect.name} [{units_in_words(robot, effect)}]" for effect, source in known
+        f"tau += {source}  # {effect.name} [{units_in_words(effect.columns(robot))}]" for effect, source in known
     )
     rigid = constants_of(robot, inertia.links, np.array(robot.gravity) + inertia.gravity) + RIGID_BODY
     left = "".join(f"\nNot in this file either: {plain(text)}." for text in missing)
