@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from physident.diagnosis.grading import control
-from physident.diagnosis.grading.scatter import block_variances, scatter_between
+from physident.diagnosis.grading.scatter import Scatter, block_variances, scatter_between
 
 ROWS = 120  # of a recording
 
@@ -98,7 +98,8 @@ def test_a_change_is_what_neither_noise_nor_a_healthy_arm_makes(
     monkeypatch: pytest.MonkeyPatch, noise: tuple[float, ...], usual: tuple[float, ...], changed: tuple[bool, ...]
 ) -> None:
     chances = dict(enumerate(zip(noise, usual, strict=True)))
-    fit = SimpleNamespace(chances=lambda left: [chances[k] for k in left])
+    few = Scatter(variance=1.0, count=2)
+    fit = SimpleNamespace(chances=lambda left: [chances[k] for k in left], scatter=lambda _: few)
     monkeypatch.setattr(control, "_joint_fit", lambda *_: fit)
     places = [np.array([k]) for k in range(len(noise))]
     state: Any = SimpleNamespace(
