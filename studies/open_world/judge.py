@@ -86,7 +86,7 @@ def _diagnosed(scene: Scene, taken: tuple[Taken, ...], clock: Clock) -> pid.Diag
 def strata(scene: Scene) -> dict[str, Any]:
     """What was drawn, by which the figures are split."""
     one = scene.bench
-    warm = one.arm.friction.per_degree.any() and scene.question == "different"
+    warm = one.arm.friction.per_degree.any() and not scene.refitted
     return {
         "friction": one.arm.friction.kind,
         "arm": one.arm.name,

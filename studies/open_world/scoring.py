@@ -173,24 +173,28 @@ def split(diagnosis: Any) -> tuple[list[Any], list[Any]]:
 def true_of(scene: Scene) -> set[Key]:
     """Effects of the catalogue that nobody hid and that yet are true of the arm.
 
-    A model without them misses the dip of breakaway and the bristles; to a model that was identified in the cold, friction
-    that fell in the warmth is a change.
+    To a model that was identified in the cold, or that knows the arm as it is there, friction that fell in the warmth is a change. A
+    model that never saw the arm misses its background, its bristles, and the dip of breakaway, which friction of every kind has.
     """
-    friction = scene.bench.arm.friction
-    joints = range(1, scene.bench.arm.joints + 1)
+    own = _fell(scene)
     if scene.question == "different":
-        warm = any(scene.warmer(k) > 0 for k in range(2))
-        fell = [j for j in joints if warm and friction.per_degree[j - 1] > 0]
-        own = {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
-        return own | ({("friction_level", ())} if fell else set())
-    own = _background(scene, NAMES)
-    if friction.kind == "smooth":
         return own
+    own |= _background(scene, NAMES)
+    friction, joints = scene.bench.arm.friction, range(1, scene.bench.arm.joints + 1)
     dips = [j for j in joints if friction.breakaway[j - 1] > FALLS * friction.coulomb[j - 1]]
     own |= {(name, (j,)) for j in dips for name in ("stribeck_friction", "learned_velocity")}
     if friction.kind == "bristle":
         own |= {("presliding_hysteresis", (j,)) for j in joints}
     return own
+
+
+def _fell(scene: Scene) -> set[Key]:
+    """What friction that fell in the warmth is called, where the model knows it from the cold."""
+    if scene.refitted or not any(scene.warmer(k) > 0 for k in range(2)):
+        return set()
+    fell = [j for j, share in enumerate(scene.bench.arm.friction.per_degree, 1) if share > 0]
+    own: set[Key] = {(name, (j,)) for j in fell for name in ("coulomb_friction", "viscous_friction")}
+    return own | ({("friction_level", ())} if fell else set())
 
 
 def _background(scene: Scene, names: Mapping[str, str]) -> set[Key]:

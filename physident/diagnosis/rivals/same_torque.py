@@ -21,6 +21,7 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.normal_equations import whitening
 from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
 from physident.large_arrays import limits, magnitude
 from physident.recordings.signals import Signals
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 DURATION = 40.0  # s: every joint then moves through its range some ten times, in step with no other
 PARTS = 4  # sines of each joint's motion
 RATE = 20.0  # samples for each period of the cutoff
+SLIDING = (1.0, 10.0)  # rad/s|m/s: friction of any width has turned there
 NEARLY = 0.05  # share of a power: the torque that is left is less than a quarter of the effect, on each joint or of that joint's noise
 
 
@@ -57,19 +59,53 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         if c.key not in taken and not problem.is_friction_of_resting_joint(c) and not _follows_any_motion(c)
     ]
     result, n = {}, problem.model.robot.n
-    for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
+    for i, (one, values) in enumerate(zip(hypothesis.accepted, hypothesis.effect_values, strict=True)):
         if one.candidate is CONTACT:
             continue
         own = build_regressor(problem.model.robot, [one.effect], [signals], problem.filter, model=hypothesis.model)
         columns = outside(_stacked(own, hypothesis.fit.sigma))
         most = _rank(columns) + (len(one.candidate.options) > 1)
         torque = columns @ values
-        result[one.candidate.key] = [
+        level = _of_this_level(hypothesis, i)
+        result[one.candidate.key] = level + [
             c
             for c in others
-            if any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1), n) for o in c.options)
+            if c not in level
+            and any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1), n) for o in c.options)
         ]
     return result
+
+
+def _of_this_level(hypothesis: Hypothesis, i: int) -> list[Candidate]:
+    """Of accepted effect i, where it is friction of the model that builds up over a distance, the candidates of its joint with the
+    same friction where it slides.
+
+    How much friction a joint has and over which distance it builds up are two things. Where the model has the distance, what changes
+    is how much: Coulomb friction of a joint with bristles is this, though the one by the sign of velocity fits it worse at reversals.
+    """
+    problem, one = hypothesis.problem, hypothesis.accepted[i]
+    new = hypothesis.extension.places[i].min() >= len(problem.model.theta)
+    if new or one.effect.pointwise or one.effect.family is not Family.FRICTION:
+        return []
+    robot, speeds = problem.model.robot, np.array(SLIDING)
+    steady = one.effect.friction(robot, speeds)
+    return [
+        c
+        for c in problem.candidates
+        if c.joints == one.candidate.joints
+        and c.key not in problem.barred
+        and (effect := c.options[0].effect) is not None
+        and c.key != one.candidate.key
+        and effect.family is Family.FRICTION
+        and _is_multiple(effect.friction(robot, speeds), steady)
+    ]
+
+
+def _is_multiple(one: Array, other: Array) -> bool:
+    """Whether the steady friction (1, S) of one effect is a multiple of another one's."""
+    if one.shape != other.shape or not one.any():
+        return False
+    return bool(np.allclose(one / np.abs(one).max(), other / np.abs(other).max()))
 
 
 def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict[Key, Key]]:
