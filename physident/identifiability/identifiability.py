@@ -120,14 +120,15 @@ def _without(effects: tuple[Effect, ...], name: str, joints: tuple[int, ...], ro
 
 
 def _text(table: Identifiability) -> list[str]:
-    rows = [f"{'effect':<28}" + "".join(f"{'J' + str(j):>8}" for j in range(1, table.joints + 1)) + "   needs"]
+    more = "   needs" if any(c.cutoff > table.cutoff for c in table.cells) else ""
+    rows = [f"{'effect':<28}" + "".join(f"{'J' + str(j):>8}" for j in range(1, table.joints + 1)) + more]
     for name in dict.fromkeys(c.effect for c in table.cells):
         row = [c for c in table.cells if c.effect == name]
         at = {(c.joints or (1,))[0]: _cell(c) for c in row}
         cells = "".join(at.get(j, " " * 8) for j in range(1, table.joints + 1))
         needed = max(c.cutoff for c in row)
         band = f"{needed:.1f} Hz" if needed > table.cutoff else ""
-        rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}")
+        rows.append(f"{name:<28}{cells:<{8 * table.joints}}   {band}".rstrip())
     rows.append(
         "share of its torque that a refitted baseline cannot reproduce; . none: it cannot be distinguished from the baseline,"
     )

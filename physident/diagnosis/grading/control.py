@@ -2,7 +2,8 @@
 
 A model that is wrong is wrong before and after. An effect is a change only where its size differs between the control and
 the new recordings by more than both leave open. Both are fitted at once: every parameter of the extended model is common, and
-the effects' sizes may differ in the new recordings.
+the effects' sizes may differ in the new recordings. What is tested is by how much of itself an effect differs: one number, which a
+few blocks can decide where they leave the ten of a payload open.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.grading.as_others_show import as_others_show, dense
 from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.grading.scatter import ALIKE, Scatter, block_variances, scatter_between
 from physident.diagnosis.search.contact_scan import CONTACT
@@ -174,16 +176,18 @@ class _JointFit:
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
     problem, model = hypothesis.problem, hypothesis.extension.model
     before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
-    common = find_base_parameters(model.robot, model.effects).independent
-    free = np.column_stack([_direction(hypothesis, i) for i in tested])
+    common = _shown_before(find_base_parameters(model.robot, model.effects).independent, before)
+    own = as_others_show(hypothesis, tested, before, after)
     columns, torque, shown = [], [], []
     for j in range(model.robot.n):
-        halves = [_joint(rows, j, common, free, new) for rows, new in ((before, False), (after, True))]
-        A, y = (np.concatenate(part) for part in zip(*halves, strict=True))
+        old, new = dense(before, j), dense(after, j)
+        effects = old @ own.values, own.torque(new, after.recording)
+        A = np.block([[old[:, common], np.zeros_like(effects[0])], [new[:, common], effects[1]]])
+        y = np.concatenate([before.torque[:, j], after.torque[:, j]])
         sigma = _size(A, y)
         columns.append(A / sigma)
         torque.append(y / sigma)
-        shown.append(np.concatenate([_dense(rows, j) @ free for rows in (before, after)]) / sigma)
+        shown.append(np.concatenate(effects) / sigma)
     return _JointFit(
         columns=tuple(columns),
         torque=tuple(torque),
@@ -194,15 +198,12 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
     )
 
 
-def _direction(hypothesis: Hypothesis, i: int) -> Array:
-    """The values of an accepted effect as a direction (p,) of the extended model's parameters.
-
-    What is tested is by how much of itself an effect differs: one number, which a few blocks can decide where they leave the ten
-    of a payload open.
-    """
-    direction = np.zeros(len(hypothesis.extension.model.theta))
-    direction[hypothesis.extension.places[i]] = hypothesis.effect_values[i]
-    return direction
+def _shown_before(columns: NDArray[np.intp], before: Regressor) -> NDArray[np.intp]:
+    """Those columns that the control shows: what it does not, as a temperature that nobody measured then, can only be new."""
+    shown = np.zeros(len(before.columns), dtype=bool)
+    for rows in before.joints:
+        shown[list(rows.columns)] |= np.any(rows.values != 0.0, axis=0)
+    return columns[shown[columns]]
 
 
 def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
@@ -210,20 +211,6 @@ def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
     weights = row_weights(model.robot, model.effects, regressor, signals, filter)
     return weight_rows(regressor, weights)
-
-
-def _joint(rows: Regressor, j: int, common: NDArray[np.intp], free: Array, new: bool) -> tuple[Array, Array]:
-    """Columns (M, common + k) and torque (M,) of one joint; those of the directions ``free`` (p, k) count in the new
-    recordings only."""
-    dense = _dense(rows, j)
-    return np.column_stack([dense[:, common], dense @ free * new]), rows.torque[:, j]
-
-
-def _dense(rows: Regressor, j: int) -> Array:
-    """The columns (M, p) of all parameters in the rows of one joint."""
-    dense = np.zeros((len(rows.time), len(rows.columns)))
-    dense[:, rows.joints[j].columns] = rows.joints[j].values
-    return dense
 
 
 def _size(columns: Array, torque: Array) -> float:

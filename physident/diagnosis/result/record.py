@@ -32,7 +32,7 @@ class DiagnosisRecord:
     is known where a motion repeats. ``unidentified``: base parameters that the model never identified and that were kept.
     ``incomplete``: joints (from 1) on which the model's residual on its own training recordings is still
     autocorrelated. ``simulated`` is the gain in a simulator, where it was asked for. ``warnings`` state what is wrong with the
-    recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show alike, and ``controlled`` says
+    recordings' set-up. ``missing_since_before`` are findings that the model's own recordings show, or differ by, and ``controlled`` says
     whether a change could be held against these. ``wrong_baseline`` has the joints (from 1) on which a search that found more than
     a handful was stopped, ``wrong_unseen`` those on which the extended model errs on the holdout by far more than noise and than its values leave open. ``path`` and ``sha256`` are those of the file that it was read from;
     ``model_file`` is the file of the model, or the robot's name or file for a nominal one, and ``extended_file`` that of the

@@ -88,7 +88,8 @@ def _minor(d: DiagnosisRecord) -> list[str]:
                 f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
     rows += [
-        f"missing since before: {_named(f.effect, f.joints)}{_first_values(f)}; the model's own recordings show it alike"
+        f"missing since before: {_named(f.effect, f.joints)}{_first_values(f)}; the model's own recordings show it, or"
+        " differ by as much"
         for f in d.missing_since_before
     ]
     repeated = [one for one in d.recordings if one.repeats is not None]

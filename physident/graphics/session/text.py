@@ -46,7 +46,7 @@ def findings(c: DiagnosisRecord) -> str:
             lines += ["Design a motion that separates them:", "", "```sh", command, "```", ""]
     if old := c.missing_since_before:
         names = "; ".join(cause(finding.effect, finding.joints) for finding in old)
-        lines += [f"**Missing since before**, as the model's own recordings show alike: {names}.", ""]
+        lines += [f"**Missing since before**, as the model's own recordings show, or differ by as much: {names}.", ""]
     if left := c.structured:
         sizes = ", ".join(f"{r.rms:.3g} on joint {r.joint}" for r in left)
         lines += [f"**Unexplained structure** [N m RMS]: {sizes}.", ""]

@@ -26,11 +26,11 @@ def causes(c: DiagnosisRecord) -> list[Markup]:
 
 
 def lacked_before(c: DiagnosisRecord) -> list[Markup]:
-    """What the model's own recordings show alike: no change, and a part of the extended model."""
+    """What the model's own recordings show too, or differ by: no change that is shown, and a part of the extended model."""
     if not c.missing_since_before:
         return []
     items = [tag("li", _lacked(f)) for f in c.missing_since_before]
-    why = "The model's own recordings show this alike: it has not changed, and the model has always lacked it."
+    why = "The model's own recordings show this, or differ among themselves by as much: nothing shows that it has changed."
     return [tag("section", tag("h2", "What the model lacked before, too"), tag("p", why), tag("ul", *items))]
 
 
