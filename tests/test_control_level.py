@@ -22,10 +22,28 @@ def test_what_healthy_recordings_differ_by_is_held_to_the_level_of_noise_once_en
     usual: float, count: int, tested: int, changed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     joint = SimpleNamespace(
-        chances=lambda left: [(SURE, usual)] * len(left), scatter=lambda _: Scatter(variance=1.0, count=count)
+        differences=lambda left: [control.Difference(size=1.0, noise=SURE, usual=usual)] * len(left),
+        scatter=lambda _: Scatter(variance=1.0, count=count),
     )
     monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
     problem = SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3)))
     places = [np.array([3 + k]) for k in range(tested)]
     hypothesis: Any = SimpleNamespace(problem=problem, extension=SimpleNamespace(places=places))
     assert sum(control.changed_since(hypothesis, (), range(tested))) == changed
+
+
+@pytest.mark.parametrize(("size", "changed"), [(1.0, True), (0.6, True), (0.4, False), (-0.2, False)])
+def test_what_was_mostly_there_before_has_not_appeared(
+    size: float, changed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However certain it is that an arm's bristles give a little less than before."""
+    joint = SimpleNamespace(
+        differences=lambda left: [control.Difference(size=size, noise=SURE, usual=SURE)] * len(left),
+        scatter=lambda _: Scatter(variance=0.0, count=4),
+    )
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    hypothesis: Any = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
+        extension=SimpleNamespace(places=[np.array([3])]),
+    )
+    assert control.changed_since(hypothesis, (), [0]) == (changed,)

@@ -97,9 +97,9 @@ def test_long_waves_are_seen_in_long_blocks() -> None:
 def test_a_change_is_what_neither_noise_nor_a_healthy_arm_makes(
     monkeypatch: pytest.MonkeyPatch, noise: tuple[float, ...], usual: tuple[float, ...], changed: tuple[bool, ...]
 ) -> None:
-    chances = dict(enumerate(zip(noise, usual, strict=True)))
+    found = [control.Difference(size=1.0, noise=a, usual=b) for a, b in zip(noise, usual, strict=True)]
     few = Scatter(variance=1.0, count=2)
-    fit = SimpleNamespace(chances=lambda left: [chances[k] for k in left], scatter=lambda _: few)
+    fit = SimpleNamespace(differences=lambda left: [found[k] for k in left], scatter=lambda _: few)
     monkeypatch.setattr(control, "_joint_fit", lambda *_: fit)
     places = [np.array([k]) for k in range(len(noise))]
     state: Any = SimpleNamespace(

@@ -35,6 +35,7 @@ from physident.recordings.signals import Filter, Signals
 Array = NDArray[np.float64]
 CERTAIN = 0.01  # how often noise makes a change of one of the effects that did not change
 UNUSUAL = 0.05  # how often healthy recordings differ so, where few say by how much: of three, 0.01 would ask for ten standard deviations
+MOSTLY = 0.5  # of an effect: where the control shows the larger part of it, it was there before
 ENOUGH = 4  # differences, as from five recordings of two times: 0.01 then asks for six standard deviations
 
 
@@ -91,7 +92,8 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
     have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
-    certain each must be (Bonferroni). A difference must also be larger than those among the control's recordings and among the new ones.
+    certain each must be (Bonferroni). A difference must also be larger than those among the control's recordings and among the new ones,
+    and be most of the effect: bristles that were there before, of which a tenth is gone, have not appeared.
     """
     joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
@@ -99,14 +101,24 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     left = list(range(len(tested)))
     while left:
         doubt = {}
-        for k, (noise, usual) in zip(left, joint.chances(left), strict=True):
-            beyond_usual = usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else usual / UNUSUAL
-            doubt[k] = max(noise * len(left) / CERTAIN, beyond_usual)
+        for k, one in zip(left, joint.differences(left), strict=True):
+            beyond_usual = one.usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else one.usual / UNUSUAL
+            doubt[k] = max(one.noise * len(left) / CERTAIN, beyond_usual) if one.size > MOSTLY else np.inf
         doubtful = [k for k in left if doubt[k] >= 1]
         if not doubtful:
             break
         left.remove(max(doubtful, key=lambda k: (k in new, doubt[k])))
     return tuple(k in left for k in range(len(tested)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """By how much of itself an effect differs in the new recordings, its ``size``, and how often ``noise`` alone, and how often a healthy
+    arm as is ``usual``, makes one as large."""
+
+    size: float
+    noise: float
+    usual: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,9 +146,8 @@ class _JointFit:
         """What the torque is worth to all values."""
         return np.sum([A.T @ y for A, y in zip(self.columns, self.torque, strict=True)], axis=0)
 
-    def chances(self, left: Sequence[int]) -> list[tuple[float, float]]:
-        """How often noise alone, and how often a healthy recording, makes differences as large as those of the effects that are
-        ``left``, all others being alike."""
+    def differences(self, left: Sequence[int]) -> list[Difference]:
+        """The differences of the effects that are ``left``, all others being alike."""
         kept = np.concatenate([np.arange(self.common), self.common + np.asarray(left, dtype=np.intp)])
         inverse = pseudo_inverse(self.normal[np.ix_(kept, kept)])
         x = inverse @ self.slope[kept]
@@ -144,8 +155,9 @@ class _JointFit:
         result = []
         for at, k in enumerate(left, self.common):
             push = sum(A[:, kept] @ inverse[:, at] * r for A, r in zip(self.columns, residual, strict=True))
-            chance = [self._chance(float(x[at]), np.asarray(push), one) for one in (ALIKE, self.scatter(k))]
-            result.append((chance[0], chance[1]))
+            size = float(x[at])
+            noise, usual = (self._chance(size, np.asarray(push), one) for one in (ALIKE, self.scatter(k)))
+            result.append(Difference(size=size, noise=noise, usual=usual))
         return result
 
     def scatter(self, k: int) -> Scatter:
