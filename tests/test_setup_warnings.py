@@ -47,6 +47,25 @@ def test_inspect_names_the_mistake(files: dict[str, Path], capsys: pytest.Captur
     assert "--robot holds them against a description: nothing wrong was seen" in capsys.readouterr().out
 
 
+def test_inspect_says_what_identify_refuses(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One channel in another unit, which the scale of all joints does not show."""
+    head, *rows = files["healthy"].read_text().splitlines()
+    at = head.split(",").index("tau_6")
+    table = [row.split(",") for row in rows]
+    wrong = [[*row[:at], str(1000 * float(row[at])), *row[at + 1 :]] for row in table]
+    path = tmp_path / "milli.csv"
+    path.write_text("\n".join([head, *map(",".join, wrong)]) + "\n")
+    assert run(["identify", str(path), "--robot", "ur5", "--out", str(tmp_path / "m.json")]) == 2
+    refused = capsys.readouterr().err
+    assert "the torque of joint 6 reaches" in refused
+    assert run(["inspect", str(path), "--robot", "ur5"]) == 0
+    said = capsys.readouterr().out
+    assert "wrong: " in said
+    assert refused.split("physident: error: ")[1].strip() in said
+
+
 def test_identify_warns_and_keeps_the_warning(
     files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -104,8 +105,26 @@ def _findings(arm: Robot | None, recordings: list[Recording]) -> list[tuple[str 
     from physident.setup_checks.check_setup import check_setup
 
     if arm is not None:
-        return [(None, finding) for finding in check_setup(arm, recordings)]
+        return [*_refused(arm, recordings), *((None, finding) for finding in check_setup(arm, recordings))]
     return [(recording.source, finding) for recording in recordings for finding in check_setup(None, recording)]
+
+
+def _refused(arm: Robot, recordings: list[Recording]) -> Iterator[tuple[str | None, SetupFinding]]:
+    """Efforts that no model is fitted to, with the path of their recording."""
+    from physident.recordings.checks import check_effort
+    from physident.setup_checks.finding import SetupFinding
+
+    for recording in recordings:
+        if recording.effort_kind == "current" and recording.drive_gains is None:
+            continue
+        try:
+            check_effort([recording], arm)
+        except InputError as refusal:
+            evidence = "identify and diagnose refuse it"
+            yield (
+                recording.source,
+                SetupFinding(kind="effort_refused", joints=(), statement=str(refusal), evidence=evidence, void=True),
+            )
 
 
 def _setup(arm: Robot | None, recordings: list[Recording], findings: list[tuple[str | None, SetupFinding]]) -> str:
