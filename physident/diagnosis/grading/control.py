@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.grading.as_others_show import as_others_show, dense
 from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.grading.scatter import ALIKE, Scatter, block_variances, scatter_between
+from physident.diagnosis.grading.smooth_parts import smooth_parts
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
@@ -124,7 +125,7 @@ class Difference:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _JointFit:
     """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise;
-    the first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
+    less what a function of the joint's position or velocity explains before and after. The first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
     ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings, in order. The effects have the columns
     ``shown`` (M, k) in all rows, and their sizes ``scatter`` between the recordings of either part."""
 
@@ -187,7 +188,10 @@ class _JointFit:
 
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
     problem, model = hypothesis.problem, hypothesis.extension.model
-    before, after = (_rows(model, signals, problem.filter) for signals in (control, problem.signals))
+    (before, old_weights), (after, new_weights) = (
+        _rows(model, signals, problem.filter) for signals in (control, problem.signals)
+    )
+    smooth = smooth_parts(model.robot, [(control, old_weights), (problem.signals, new_weights)], problem.filter)
     common = _shown_before(find_base_parameters(model.robot, model.effects).independent, before)
     own = as_others_show(hypothesis, tested, before, after)
     columns, torque, shown = [], [], []
@@ -197,9 +201,8 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         A = np.block([[old[:, common], np.zeros_like(effects[0])], [new[:, common], effects[1]]])
         y = np.concatenate([before.torque[:, j], after.torque[:, j]])
         sigma = _size(A, y)
-        columns.append(A / sigma)
-        torque.append(y / sigma)
-        shown.append(np.concatenate(effects) / sigma)
+        for rows, into in ((A, columns), (y, torque), (np.concatenate(effects), shown)):
+            into.append(smooth[j].taken_off(rows / sigma))
     return _JointFit(
         columns=tuple(columns),
         torque=tuple(torque),
@@ -218,11 +221,11 @@ def _shown_before(columns: NDArray[np.intp], before: Regressor) -> NDArray[np.in
     return columns[shown[columns]]
 
 
-def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> Regressor:
-    """The regressor of the extended model, its rows weighted by what dry friction leaves open."""
+def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> tuple[Regressor, Array]:
+    """The regressor of the extended model, its rows weighted by what dry friction leaves open, and the weights (M, n)."""
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
     weights = row_weights(model.robot, model.effects, regressor, signals, filter)
-    return weight_rows(regressor, weights)
+    return weight_rows(regressor, weights), weights
 
 
 def _size(columns: Array, torque: Array) -> float:
