@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.grading.as_others_show import as_others_show, dense
 from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.grading.scatter import ALIKE, Scatter, block_variances, scatter_between
-from physident.diagnosis.grading.smooth_parts import smooth_parts
+from physident.diagnosis.grading.smooth_parts import SmoothParts, smooth_parts
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
@@ -124,13 +124,15 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _JointFit:
-    """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise;
-    less what a function of the joint's position or velocity explains before and after. The first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
-    ones. ``segment`` (M,) labels contiguous rows, ``parts`` are the control and the new recordings, in order. The effects have the columns
-    ``shown`` (M, k) in all rows, and their sizes ``scatter`` between the recordings of either part."""
+    """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise.
+    The first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
+    ones, beside what ``smooth`` functions of the joint's position and velocity explain before and after. ``segment`` (M,) labels contiguous
+    rows, ``parts`` are the control and the new recordings, in order. The effects have the columns ``shown`` (M, k) in all rows, and their
+    sizes ``scatter`` between the recordings of either part."""
 
     columns: tuple[Array, ...]
     torque: tuple[Array, ...]
+    smooth: tuple[SmoothParts, ...]
     common: int
     segment: NDArray[np.intp]
     parts: tuple[Regressor, Regressor]
@@ -138,24 +140,26 @@ class _JointFit:
     known: dict[int, Scatter] = field(default_factory=dict, init=False)  # what scatter has computed
 
     @cached_property
-    def normal(self) -> Array:
-        """The normal matrix of all values."""
-        return np.sum([A.T @ A for A in self.columns], axis=0)
+    def rows(self) -> list[tuple[Array, Array]]:
+        """Columns and torque of each joint less what the smooth functions explain."""
+        each = zip(self.smooth, self.columns, self.torque, strict=True)
+        return [(one.taken_off(A), one.taken_off(y)) for one, A, y in each]
 
     @cached_property
-    def slope(self) -> Array:
-        """What the torque is worth to all values."""
-        return np.sum([A.T @ y for A, y in zip(self.columns, self.torque, strict=True)], axis=0)
+    def products(self) -> tuple[Array, Array]:
+        """The normal matrix of all values, and what the torque is worth to them."""
+        return np.sum([A.T @ A for A, _ in self.rows], axis=0), np.sum([A.T @ y for A, y in self.rows], axis=0)
 
     def differences(self, left: Sequence[int]) -> list[Difference]:
         """The differences of the effects that are ``left``, all others being alike."""
         kept = np.concatenate([np.arange(self.common), self.common + np.asarray(left, dtype=np.intp)])
-        inverse = pseudo_inverse(self.normal[np.ix_(kept, kept)])
-        x = inverse @ self.slope[kept]
-        residual = [y - A[:, kept] @ x for A, y in zip(self.columns, self.torque, strict=True)]
+        normal, slope = self.products
+        inverse = pseudo_inverse(normal[np.ix_(kept, kept)])
+        x = inverse @ slope[kept]
+        residual = [y - A[:, kept] @ x for A, y in self.rows]
         result = []
         for at, k in enumerate(left, self.common):
-            push = sum(A[:, kept] @ inverse[:, at] * r for A, r in zip(self.columns, residual, strict=True))
+            push = sum(A[:, kept] @ inverse[:, at] * r for (A, _), r in zip(self.rows, residual, strict=True))
             size = float(x[at])
             noise, usual = (self._chance(size, np.asarray(push), one) for one in (ALIKE, self.scatter(k)))
             result.append(Difference(size=size, noise=noise, usual=usual))
@@ -201,11 +205,13 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         A = np.block([[old[:, common], np.zeros_like(effects[0])], [new[:, common], effects[1]]])
         y = np.concatenate([before.torque[:, j], after.torque[:, j]])
         sigma = _size(A, y)
-        for rows, into in ((A, columns), (y, torque), (np.concatenate(effects), shown)):
-            into.append(smooth[j].taken_off(rows / sigma))
+        columns.append(A / sigma)
+        torque.append(y / sigma)
+        shown.append(np.concatenate(effects) / sigma)
     return _JointFit(
         columns=tuple(columns),
         torque=tuple(torque),
+        smooth=tuple(smooth),
         common=len(common),
         segment=np.concatenate([before.segment, after.segment + before.segment.max() + 1]),
         parts=(before, after),
