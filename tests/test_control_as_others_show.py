@@ -37,7 +37,7 @@ def hypothesis(values: Array) -> Any:
         effect_values=[values],
         accepted=[SimpleNamespace(effect=None)],
         problem=SimpleNamespace(model=SimpleNamespace(robot=None, effects=None)),
-        fit=SimpleNamespace(sigma=np.ones(1)),
+        fit=SimpleNamespace(weights=np.ones(1)),
     )
 
 
@@ -98,3 +98,13 @@ def test_chance_makes_no_size_of_an_effect_that_others_show_and_a_true_effect_ha
     assert np.mean(by_own) == pytest.approx(1.0, abs=0.05)
     assert abs(np.mean(chance)) < 0.15
     assert np.mean(true) == pytest.approx(1.0, abs=0.05)
+
+
+def test_what_one_recording_alone_shows_keeps_its_values() -> None:
+    """A curve of a joint that the other recordings do not move is not nothing."""
+    rng = np.random.default_rng(3)
+    before, after = part(rng, 3), part(rng, 2)
+    after.joints[0].values[after.recording == 1, KNOWN:] *= 0.01
+    one = shown(before, after)
+    np.testing.assert_allclose(one.values_without[0], one.values)
+    assert not np.allclose(one.values_without[1], one.values)

@@ -47,3 +47,21 @@ def test_what_was_mostly_there_before_has_not_appeared(
         extension=SimpleNamespace(places=[np.array([3])]),
     )
     assert control.changed_since(hypothesis, (), [0]) == (changed,)
+
+
+def test_of_two_that_are_not_mostly_new_the_less_certain_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two effects share one change; alone, either has it all, and only the more certain one should be told."""
+
+    def differences(left: list[int]) -> list[control.Difference]:
+        size = 0.45 if len(left) == 2 else 0.9
+        return [
+            control.Difference(size=size, noise=(SURE, 0.9)[k] if len(left) == 2 else SURE, usual=SURE) for k in left
+        ]
+
+    joint = SimpleNamespace(differences=differences, scatter=lambda _: Scatter(variance=0.0, count=4))
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    hypothesis: Any = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
+        extension=SimpleNamespace(places=[np.array([3]), np.array([4])]),
+    )
+    assert control.changed_since(hypothesis, (), [0, 1]) == (True, False)

@@ -17,7 +17,7 @@ def test_a_difference_is_judged_with_any_number_of_recordings(recordings: int) -
     segment = np.repeat(np.arange(recordings), rows)
     push = np.random.default_rng(recordings).standard_normal(len(segment))
     one = SimpleNamespace(segment=segment, kept_rate=10.0)
-    fit = _JointFit(columns=(), torque=(), common=0, segment=segment, parts=(one,), shown=())  # pyright: ignore[reportArgumentType]
+    fit = _JointFit(columns=(), torque=(), smooth=(), common=0, segment=segment, parts=(one,), shown=())  # pyright: ignore[reportArgumentType]
     scatter, alike = np.sqrt(len(segment)), Scatter(variance=0.0, count=recordings)  # of a sum of white noise
     assert fit._chance(0.1 * scatter, push, alike) > 0.5
     assert fit._chance(12 * scatter, push, alike) < 1e-3

@@ -150,8 +150,8 @@ def test_a_temperature_that_nobody_measured_before_is_taken_for_the_first_one(
     warm = []
     for run in healthy_runs[2:]:
         assert run.dq is not None
-        hot = 20.0 + 15.0 * (1 - np.exp(-(run.time - run.time[0]) / 6.0))
-        slower = np.tanh(run.dq / 0.02) * (-0.12 * (hot - 20.0))[:, None] * (np.arange(6) == JOINT - 1)
+        hot = 20.03 + 15.0 * (1 - np.exp(-(run.time - run.time[0]) / 6.0))
+        slower = np.tanh(run.dq / 0.02) * (-0.12 * (hot - 20.03))[:, None] * (np.arange(6) == JOINT - 1)
         warm.append(replace(run, effort=run.effort + slower, temperature=np.tile(hot[:, None], (1, 6))))
     with pytest.warns(pid.PhysidentWarning, match="taken to be as warm as where these begin, 20.0 degC"):
         found = pid.diagnose_motion(healthy_estimate, warm)

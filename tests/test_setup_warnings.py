@@ -64,6 +64,10 @@ def test_inspect_says_what_identify_refuses(
     said = capsys.readouterr().out
     assert "wrong: " in said
     assert refused.split("physident: error: ")[1].strip() in said
+    few = tmp_path / "few.csv"  # of another arm
+    few.write_text("\n".join(["time,q_1,tau_1", *(f"{k / 100},{k / 1000},{k % 5}" for k in range(300))]) + "\n")
+    assert run(["inspect", str(few), "--robot", "ur5"]) == 2
+    assert "1 joints, but robot ur5 has 6" in capsys.readouterr().err
 
 
 def test_identify_warns_and_keeps_the_warning(

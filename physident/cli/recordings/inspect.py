@@ -105,7 +105,8 @@ def _findings(arm: Robot | None, recordings: list[Recording]) -> list[tuple[str 
     from physident.setup_checks.check_setup import check_setup
 
     if arm is not None:
-        return [*_refused(arm, recordings), *((None, finding) for finding in check_setup(arm, recordings))]
+        found = check_setup(arm, recordings)  # first, because it refuses other numbers of joints
+        return [*_refused(arm, recordings), *((None, finding) for finding in found)]
     return [(recording.source, finding) for recording in recordings for finding in check_setup(None, recording)]
 
 

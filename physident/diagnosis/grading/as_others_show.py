@@ -20,6 +20,7 @@ from physident.dynamics.regressor import Regressor
 from physident.identifiability.base_parameters import find_base_parameters
 
 Array = NDArray[np.float64]
+SHOWN = 0.1  # of the power of an effect's torque: where the other recordings have less of it, they do not show it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,9 +41,10 @@ class AsOthersShow:
 
 def as_others_show(hypothesis: Hypothesis, tested: Sequence[int], before: Regressor, after: Regressor) -> AsOthersShow:
     """The values of some accepted effects (their indices), and those without each of the new recordings ``after``, where there are
-    several; the model's parameters are fitted to the recordings ``before`` and to these together.
+    several; the model's parameters are fitted to the recordings ``before`` and to these together, beside all accepted effects.
 
-    An effect of one number keeps it: there is nothing to choose.
+    An effect of one number keeps it: there is nothing to choose. So does one that the other recordings do not show, as of a joint that
+    moves in one of them.
     """
     places = [hypothesis.extension.places[i] for i in tested]
     values = np.zeros((len(hypothesis.extension.model.theta), len(tested)))
@@ -52,21 +54,24 @@ def as_others_show(hypothesis: Hypothesis, tested: Sequence[int], before: Regres
     if not several or len(recordings) < 2:
         return AsOthersShow(values=values, values_without={})
     known = find_base_parameters(hypothesis.problem.model.robot, hypothesis.problem.model.effects).independent
-    columns = np.concatenate([known, *places])
-    prior = [prior_precision(hypothesis.accepted[i].effect, len(at)) for i, at in zip(tested, places, strict=True)]
+    effects = hypothesis.extension.places
+    columns, weights = np.concatenate([known, *effects]), hypothesis.fit.weights
+    prior = [prior_precision(one.effect, len(at)) for one, at in zip(hypothesis.accepted, effects, strict=True)]
     precision = np.concatenate([np.zeros(len(known)), *prior])
-    parts = [(after, after.recording == one) for one in recordings]
-    sigma = hypothesis.fit.sigma
-    of_before = _products(before, np.ones(len(before.time), dtype=bool), columns, len(known), sigma)
-    each = [_products(rows, mine, columns, None, sigma) for rows, mine in parts]
-    H, g = (sum(one) for one in zip(of_before, *each, strict=True))
-    ends = len(known) + np.cumsum([0, *(len(at) for at in places)])
+    of_before = _products(before, np.ones(len(before.time), dtype=bool), columns, len(known), weights)
+    each = [_products(after, after.recording == one, columns, None, weights) for one in recordings]
+    H, g = (np.sum(one, axis=0) for one in zip(of_before, *each, strict=True))
+    ends = len(known) + np.cumsum([0, *(len(at) for at in effects)])
     without = {}
     for one, (own, slope) in zip(recordings, each, strict=True):
         x = pseudo_inverse(H - own + np.diag(precision)) @ (g - slope)
         without[int(one)] = values.copy()
         for k in several:
-            without[int(one)][places[k], k] = x[ends[k] : ends[k + 1]]
+            at = slice(ends[tested[k]], ends[tested[k] + 1])
+            v = values[places[k], k]
+            of_all, of_this = float(v @ H[at, at] @ v), float(v @ own[at, at] @ v)
+            if of_all - of_this > SHOWN * of_all:
+                without[int(one)][places[k], k] = x[at]
     return AsOthersShow(values=values, values_without=without)
 
 
@@ -78,13 +83,13 @@ def dense(rows: Regressor, j: int) -> Array:
 
 
 def _products(
-    rows: Regressor, mine: NDArray[np.bool_], columns: NDArray[np.intp], shown: int | None, sigma: Array
+    rows: Regressor, mine: NDArray[np.bool_], columns: NDArray[np.intp], shown: int | None, weights: Array
 ) -> tuple[Array, Array]:
     """The normal matrix and slope of some columns in some rows, of which only the first so many are ``shown``; all where None."""
     H, g = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
-    for j, size in enumerate(sigma):
-        A = dense(rows, j)[mine][:, columns] / size
+    for j, weight in enumerate(weights):
+        A = dense(rows, j)[mine][:, columns] * weight
         A[:, slice(shown, None) if shown is not None else slice(0, 0)] = 0.0
         H += A.T @ A
-        g += A.T @ (rows.torque[mine, j] / size)
+        g += A.T @ (rows.torque[mine, j] * weight)
     return H, g

@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 CERTAIN = 0.01  # how often noise makes a change of one of the effects that did not change
 UNUSUAL = 0.05  # how often healthy recordings differ so, where few say by how much: of three, 0.01 would ask for ten standard deviations
 MOSTLY = 0.5  # of an effect: where the control shows the larger part of it, it was there before
+UNSEEN = 0.05  # of an effect's torque in the new recordings, below which the control says nothing of it
 ENOUGH = 4  # differences, as from five recordings of two times: 0.01 then asks for six standard deviations
 
 
@@ -101,14 +102,14 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
     left = list(range(len(tested)))
     while left:
-        doubt = {}
+        doubt, size = dict[int, float](), dict[int, float]()
         for k, one in zip(left, joint.differences(left), strict=True):
             beyond_usual = one.usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else one.usual / UNUSUAL
-            doubt[k] = max(one.noise * len(left) / CERTAIN, beyond_usual) if one.size > MOSTLY else np.inf
-        doubtful = [k for k in left if doubt[k] >= 1]
+            doubt[k], size[k] = max(one.noise * len(left) / CERTAIN, beyond_usual), one.size
+        doubtful = [k for k in left if doubt[k] >= 1 or size[k] <= MOSTLY]
         if not doubtful:
             break
-        left.remove(max(doubtful, key=lambda k: (k in new, doubt[k])))
+        left.remove(max(doubtful, key=lambda k: (k in new, doubt[k], -size[k])))
     return tuple(k in left for k in range(len(tested)))
 
 
@@ -126,7 +127,7 @@ class Difference:
 class _JointFit:
     """Control and new recordings in one fit: ``columns`` (M, common + k) and ``torque`` (M,) of each joint in units of its noise.
     The first ``common`` values hold for all rows, each of the others is by how much of itself an effect differs in the new
-    ones, beside what ``smooth`` functions of the joint's position and velocity explain before and after. ``segment`` (M,) labels contiguous
+    ones - those that are ``unseen`` in the control always do -, beside what ``smooth`` functions of the joint's position and velocity explain before and after. ``segment`` (M,) labels contiguous
     rows, ``parts`` are the control and the new recordings, in order. The effects have the columns ``shown`` (M, k) in all rows, and their
     sizes ``scatter`` between the recordings of either part."""
 
@@ -137,6 +138,7 @@ class _JointFit:
     segment: NDArray[np.intp]
     parts: tuple[Regressor, Regressor]
     shown: tuple[Array, ...]
+    unseen: frozenset[int] = frozenset()
     known: dict[int, Scatter] = field(default_factory=dict, init=False)  # what scatter has computed
 
     @cached_property
@@ -151,8 +153,9 @@ class _JointFit:
         return np.sum([A.T @ A for A, _ in self.rows], axis=0), np.sum([A.T @ y for A, y in self.rows], axis=0)
 
     def differences(self, left: Sequence[int]) -> list[Difference]:
-        """The differences of the effects that are ``left``, all others being alike."""
-        kept = np.concatenate([np.arange(self.common), self.common + np.asarray(left, dtype=np.intp)])
+        """The differences of the effects that are ``left``, all others being alike, or new where they are unseen in the control."""
+        differing = [*left, *sorted(self.unseen - set(left))]
+        kept = np.concatenate([np.arange(self.common), self.common + np.asarray(differing, dtype=np.intp)])
         normal, slope = self.products
         inverse = pseudo_inverse(normal[np.ix_(kept, kept)])
         x = inverse @ slope[kept]
@@ -187,7 +190,8 @@ class _JointFit:
             # degrees of freedom of the sum of two variances (Welch, 1947)
             parts = variance**2 / max(blocks - 1, 1) + scatter.variance**2 / max(scatter.count - 1, 1)
             found.append(float(2 * t.sf(abs(x) / np.sqrt(both), both**2 / max(parts, 1e-300))))
-        return max(found)
+        # an effect that makes no torque in these rows has no size that could be told
+        return max(one if np.isfinite(one) else 1.0 for one in found)
 
 
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
@@ -196,8 +200,10 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         _rows(model, signals, problem.filter) for signals in (control, problem.signals)
     )
     smooth = smooth_parts(model.robot, [(control, old_weights), (problem.signals, new_weights)], problem.filter)
-    common = _shown_before(find_base_parameters(model.robot, model.effects).independent, before)
     own = as_others_show(hypothesis, tested, before, after)
+    unseen = _unseen(before, after, own.values)
+    behind = {int(c) for k in unseen for c in hypothesis.extension.places[tested[k]]}
+    common = [c for c in find_base_parameters(model.robot, model.effects).independent if int(c) not in behind]
     columns, torque, shown = [], [], []
     for j in range(model.robot.n):
         old, new = dense(before, j), dense(after, j)
@@ -216,22 +222,24 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         segment=np.concatenate([before.segment, after.segment + before.segment.max() + 1]),
         parts=(before, after),
         shown=tuple(shown),
+        unseen=unseen,
     )
 
 
-def _shown_before(columns: NDArray[np.intp], before: Regressor) -> NDArray[np.intp]:
-    """Those columns that the control shows: what it does not, as a temperature that nobody measured then, can only be new."""
-    shown = np.zeros(len(before.columns), dtype=bool)
-    for rows in before.joints:
-        shown[list(rows.columns)] |= np.any(rows.values != 0.0, axis=0)
-    return columns[shown[columns]]
+def _unseen(before: Regressor, after: Regressor, values: Array) -> frozenset[int]:
+    """Which effects, of ``values`` (p, k), hardly act in the control: as a temperature that nobody measured then, they can only be new."""
+    power = [
+        np.sum([np.mean((dense(rows, j) @ values) ** 2, axis=0) for j in range(len(rows.joints))], axis=0)
+        for rows in (before, after)
+    ]
+    return frozenset(np.flatnonzero(power[0] < UNSEEN**2 * power[1]).tolist())
 
 
 def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> tuple[Regressor, Array]:
     """The regressor of the extended model, its rows weighted by what dry friction leaves open, and the weights (M, n)."""
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
     weights = row_weights(model.robot, model.effects, regressor, signals, filter)
-    return weight_rows(regressor, weights), weights
+    return weight_rows(regressor, weights), weights * regressor.counted
 
 
 def _size(columns: Array, torque: Array) -> float:

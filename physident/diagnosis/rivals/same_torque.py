@@ -103,7 +103,7 @@ def _of_this_level(hypothesis: Hypothesis, i: int) -> list[Candidate]:
 
 def _is_multiple(one: Array, other: Array) -> bool:
     """Whether the steady friction (1, S) of one effect is a multiple of another one's."""
-    if one.shape != other.shape or not one.any():
+    if one.shape != other.shape or not (one.any() and other.any()):
         return False
     return bool(np.allclose(one / np.abs(one).max(), other / np.abs(other).max()))
 
