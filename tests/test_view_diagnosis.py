@@ -72,7 +72,7 @@ def test_the_words_say_what_is_no_cause_and_what_was_missing_before(diagnosis: D
     assert "A hint, no cause: found in 3 of 20 searches" in text
     assert "(hint)" not in text.split("## 2.")[0]
     assert (
-        "**Missing since before**, as the model's own recordings show alike: load-dependent friction on joint 2."
+        "**Missing since before**, as the model's own recordings show, or differ by as much: load-dependent friction on joint 2."
         in text
     )
 
