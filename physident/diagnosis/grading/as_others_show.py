@@ -59,7 +59,7 @@ def as_others_show(hypothesis: Hypothesis, tested: Sequence[int], before: Regres
     prior = [prior_precision(one.effect, len(at)) for one, at in zip(hypothesis.accepted, effects, strict=True)]
     precision = np.concatenate([np.zeros(len(known)), *prior])
     of_before = _products(before, np.ones(len(before.time), dtype=bool), columns, len(known), weights)
-    each = [_products(after, after.recording == one, columns, None, weights) for one in recordings]
+    each = [_products(after, after.recording == one, columns, len(columns), weights) for one in recordings]
     H, g = (np.sum(one, axis=0) for one in zip(of_before, *each, strict=True))
     ends = len(known) + np.cumsum([0, *(len(at) for at in effects)])
     without = {}
@@ -83,13 +83,13 @@ def dense(rows: Regressor, j: int) -> Array:
 
 
 def _products(
-    rows: Regressor, mine: NDArray[np.bool_], columns: NDArray[np.intp], shown: int | None, weights: Array
+    rows: Regressor, mine: NDArray[np.bool_], columns: NDArray[np.intp], shown: int, weights: Array
 ) -> tuple[Array, Array]:
-    """The normal matrix and slope of some columns in some rows, of which only the first so many are ``shown``; all where None."""
+    """The normal matrix and slope of some columns in some rows, of which only the first so many are ``shown``."""
     H, g = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     for j, weight in enumerate(weights):
         A = dense(rows, j)[mine][:, columns] * weight
-        A[:, slice(shown, None) if shown is not None else slice(0, 0)] = 0.0
+        A[:, shown:] = 0.0
         H += A.T @ A
         g += A.T @ (rows.torque[mine, j] * weight)
     return H, g
