@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.errors import InputError
+from physident.estimation.estimate import as_estimate
 from physident.recordings.signals import Signals
+from physident.replay.replay import replay
 from tests.robots import TREE
 
 TIMES = 10.0  # a decimetre is a tenth of a metre
@@ -105,3 +108,17 @@ def test_tables_name_both_units_where_some_joints_turn_and_some_slide(tree: pid.
     header, first = str(score).splitlines()[1:3]
     number = f"{score.rms[0]:.4g}"
     assert header.index("[N m|N]") + len("[N m|N]") == first.index(number) + len(number)
+
+
+def test_a_joint_that_slides_is_shown_in_metres_where_the_table_says_radians(tree: pid.Robot) -> None:
+    effects = pid.make_effects(("rigid_body", "viscous_friction"))
+    model = pid.Model(tree, effects, np.concatenate([tree.nominal, np.full(tree.n, 2.0)]))
+    run = pid.simulate(model, pid.random_trajectory(tree, seed=1, duration=10.0))
+    assert "\njoint 1 slides: m, m/s, N\n" in str(pid.inspect_recording(run, tree))
+    assert "slides" not in str(pid.inspect_recording(run))
+    replayed = replay(as_estimate(model, pid.Filter()), None, [run], "physident", 0.1).replay
+    assert "\njoint 1 slides: mm, mm/s, N\n" in str(replayed)
+    other = pid.load_robot("ur5")
+    with pytest.raises(InputError, match=f"{tree.n} joints, but robot ur5 has 6"):
+        pid.inspect_recording(run, other)
+    assert other.units_where_it_slides("rad") == ""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.errors import InputError
 from physident.large_arrays import blocks, limits, magnitude
 from physident.recordings.channels import BadRow
 from physident.recordings.motion_smoothing import encoder_step, estimate_noise, velocity_std
@@ -16,6 +17,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 from physident.recordings.white_noise import spectrum_of
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 MAX_BAD_ROWS = 20  # bad rows that are listed
@@ -34,7 +36,7 @@ class Inspection:
     positions [rad|m] and velocities [rad/s|m/s], infinite where velocity is not measured, and of the velocity that is found
     from both; ``rest`` the intervals [s] of standstill;
     ``motion_band``, ``effort_band`` (n,) [Hz] below which 99 % of the power above the noise lies; ``cutoff`` [Hz] suggested
-    for the filter.
+    for the filter; ``units`` says of a known arm in which units the joints that slide are shown.
     """
 
     recording: Recording
@@ -51,6 +53,7 @@ class Inspection:
     motion_band: Array
     effort_band: Array
     cutoff: float
+    units: str = ""
 
     @property
     def bad_rows(self) -> tuple[BadRow, ...]:
@@ -92,8 +95,14 @@ class Inspection:
         return "\n".join([*_facts(self), *_table(self), _verdict(self)])
 
 
-def inspect_recording(recording: Recording) -> Inspection:
-    """Facts about a recording; works for currents without drive gains. Raises InputError for a recording without a contiguous part."""
+def inspect_recording(recording: Recording, robot: Robot | None = None) -> Inspection:
+    """Facts about a recording; works for currents without drive gains. The ``robot`` says which joints slide.
+
+    Raises InputError for a recording without a contiguous part, or with other joints than the robot."""
+    if robot is not None and robot.n != recording.n:
+        raise InputError(
+            f"{recording.source}: {recording.n} joints, but robot {robot.name} has {robot.n}; check --robot, --joints and --columns"
+        )
     rate = 1 / typical_step(recording.time)
     wide = Filter(cutoff=min(10.0, 0.3 * rate))
     unit = recording.with_drive_gains([1.0] * recording.n) if recording.effort_kind == "current" else recording
@@ -120,6 +129,7 @@ def inspect_recording(recording: Recording) -> Inspection:
         motion_band=motion,
         effort_band=np.array([one.band for one in efforts]),
         cutoff=_suggest(motion, noise_from, rate),
+        units="" if robot is None else robot.units_where_it_slides("rad", "rad/s", _unit(recording)),
     )
 
 
@@ -213,7 +223,7 @@ def _facts(i: Inspection) -> list[str]:
 
 
 def _table(i: Inspection) -> list[str]:
-    unit = "N m" if i.recording.effort_kind == "torque" else "A"
+    unit = _unit(i.recording)
     rows = [
         f"       position [rad]    max speed  {f'effort [{unit}]':<17}  dq against motion  99 % of power below [Hz]  noise of q, dq, and dq when smoothed",
         "joint     min     max      [rad/s]       min      max  error %  delay ms  motion  effort       [rad]   [rad/s]   [rad/s]",
@@ -227,7 +237,11 @@ def _table(i: Inspection) -> list[str]:
             f"  {i.effort[j, 0]:8.3f} {i.effort[j, 1]:8.3f}  {agree}  {i.motion_band[j]:6.2f}  {i.effort_band[j]:6.2f}"
             f"     {i.noise[j, 0]:.1e}  {'        -' if np.isinf(i.noise[j, 1]) else f'{i.noise[j, 1]:9.1e}'}  {i.noise[j, 2]:8.1e}"
         )
-    return rows
+    return [*rows, i.units] if i.units else rows
+
+
+def _unit(recording: Recording) -> str:
+    return "N m" if recording.effort_kind == "torque" else "A"
 
 
 def _verdict(i: Inspection) -> str:

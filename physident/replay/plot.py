@@ -25,7 +25,7 @@ def plot_replay(replayed: Replayed, robot: Robot, path: str | Path) -> None:
         for (label, colour, width), trace in zip(LINES, replayed.traces, strict=False):
             error = np.clip(np.nan_to_num(trace.q[..., j] - windows.q[..., j], nan=np.pi), -np.pi, np.pi)
             axis.plot(windows.clock, 1e3 * np.sqrt((error**2).mean(axis=0)), color=colour, label=label, linewidth=width)
-        axis.set_ylabel("mm" if robot.joints[j].kind == "prismatic" else "mrad")
+        axis.set_ylabel(robot.joints[j].unit("mrad"))
         axis.set_title(f"joint {j + 1}, {robot.joint_names[j]}", fontsize=9, loc="left", parse_math=False)
     axes[0, 0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, frameon=False)
     axes[-1, 0].set_xlabel("time since the measured state [s]")

@@ -32,7 +32,7 @@ SHORTEST, LONGEST = 0.02, 10.0  # s: of a horizon
 SETTLING = 4.0 / BANDWIDTH  # s: the arm starts on the motion, where the controller adds nothing yet
 HELD_PERIODS = 10.0  # of the cutoff: how long an arm is then held along the motion, twice as long as the filter
 MOST_STARTS = 2000  # of a replay: a start more often than this tells nothing new
-AWAY = np.pi  # rad: an arm this far away is lost
+AWAY = np.pi  # rad or m: an arm this far away is lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +82,7 @@ def replay(
         traces.append(trace)
     result = Replay(
         joints=before.model.robot.joint_names,
+        units=before.model.robot.units_where_it_slides("mrad", "mrad/s", "N m"),
         simulator=simulator,
         horizon=horizon,
         controller=f"a PD controller of {BANDWIDTH:g} Hz beside the measured torque",

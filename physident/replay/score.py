@@ -39,9 +39,11 @@ class ReplayScore:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Replay:
-    """The errors of one or two models in a simulator, ``horizon`` [s] after each of ``starts`` measured states."""
+    """The errors of one or two models in a simulator, ``horizon`` [s] after each of ``starts`` measured states; ``units`` says in which
+    units the joints that slide are shown."""
 
     joints: tuple[str, ...]
+    units: str
     simulator: str
     horizon: float
     controller: str
@@ -86,10 +88,12 @@ class Replay:
             cells = [(1e3, "position"), (1e3, "velocity"), (1.0, "torque")]
             texts = [f"{'':7}" + "".join(f"{k * getattr(s, key)[j]:10.3g}" for s in scores) + " " for k, key in cells]
             rows.append(f"{j + 1:5d} {name[:22]:<22}" + "".join(texts))
+        rows += [self.units] if self.units else []
         tools = " -> ".join(f"{1e3 * score.tool_following:.3g}" for score in scores)
         rows.append(f"tool, held by the controller: {tools} mm from the measured motion")
+        limit = "pi rad, or pi m" if self.units else "pi rad"
         for head, score in zip(heads, scores, strict=True):
             if score.lost:
-                rows.append(f"{head}: {100 * score.lost:.1f} % of the simulated arms ran away (more than pi rad)")
+                rows.append(f"{head}: {100 * score.lost:.1f} % of the simulated arms ran away (more than {limit})")
             rows += [f"{head}: {text}" for text in score.stated]
         return "\n".join([*rows, f"verdict: {self.verdict}"])

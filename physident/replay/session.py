@@ -72,19 +72,19 @@ def _write(replayed: Replayed, robot: Robot, path: Path, meshes: str | Path | No
         rec.log(f"{arm}/gap", rr.Arrows3D.from_fields(colors=[rgb(colour)], radii=[TOOL / 3]), static=True)
         distance = 1e3 * np.linalg.norm(gap, axis=1)
         curve(rec, f"error/tool/{arm}", instant, distance, f"{name} [mm]", colour, width)
-        for j in range(robot.n):
+        for j, joint in enumerate(robot.joints):
             away = 1e3 * (one - measured)[:, j]
-            curve(rec, f"error/joint_{j + 1}/{arm}", instant, away, f"{name} [mrad]", colour, width)
+            curve(rec, f"error/joint_{j + 1}/{arm}", instant, away, f"{name} [{joint.unit('mrad')}]", colour, width)
     rec.log("summary", rr.TextDocument(_summary(replayed.replay), media_type="text/markdown"), static=True)
     camera = Camera.around(
         points, f"measured arm, and simulations {horizon:g} s ahead; opens as at {instant[worst]:.1f} s"
     )
-    rec.send_blueprint(_blueprint(replayed.replay, camera))
+    rec.send_blueprint(_blueprint(replayed.replay, robot, camera))
     rec.flush()
     rec.disconnect()
 
 
-def _blueprint(result: Replay, camera: Camera) -> Any:
+def _blueprint(result: Replay, robot: Robot, camera: Camera) -> Any:
     """The arms, the same near the tool, and the summary on the left; the errors of tool and joints on the right."""
     import rerun.blueprint as rrb
 
@@ -112,10 +112,10 @@ def _blueprint(result: Replay, camera: Camera) -> Any:
     joints = [
         rrb.TimeSeriesView(
             origin=f"error/joint_{j + 1}",
-            name=f"{j + 1} {name} [mrad]",
+            name=f"{j + 1} {joint.name} [{joint.unit('mrad')}]",
             plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=False),
         )
-        for j, name in enumerate(result.joints)
+        for j, joint in enumerate(robot.joints)
     ]
     legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=True)
     tool = rrb.TimeSeriesView(origin="error/tool", name="distance of the tools [mm]", plot_legend=legend)
@@ -150,6 +150,7 @@ def _summary(result: Replay) -> str:
             f"**{result.verdict}**",
             "",
             how,
+            *(["", result.units] if result.units else []),
             "",
             *rows,
             "",

@@ -15,7 +15,7 @@ from physident.robots.urdf import MOVING, Description, UrdfJoint, UrdfLink
 
 Array = NDArray[np.float64]
 # of a joint that turns, and of one that slides
-SLIDING_UNITS = ((r"\bkg m\^2", "kg"), (r"\(N m\)", "N"), (r"\bN m\b", "N"), (r"\brad\b", "m"))
+SLIDING_UNITS = ((r"\bkg m\^2", "kg"), (r"\(N m\)", "N"), (r"\bN m\b", "N"), (r"\brad\b", "m"), (r"\bmrad\b", "mm"))
 
 
 def pinocchio_model(description: Description, source: str, order: Sequence[str] | None = None) -> Any:

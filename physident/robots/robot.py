@@ -109,6 +109,15 @@ class Robot:
         """The unit of all joints' torques: both, where some turn and some slide."""
         return "|".join(sorted(set(self.torque_units), reverse=True))
 
+    def units_where_it_slides(self, *turning: str) -> str:
+        """One line on the units of the joints that slide, of what is shown in the units ``turning``; empty where none slides."""
+        slides = [i for i, joint in enumerate(self.joints) if joint.kind == "prismatic"]
+        if not slides:
+            return ""
+        numbers = ", ".join(str(i + 1) for i in slides)
+        units = ", ".join(dict.fromkeys(self.joints[slides[0]].unit(unit) for unit in turning))
+        return f"joint {numbers} slides: {units}" if len(slides) == 1 else f"joints {numbers} slide: {units}"
+
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the moving joints, in the order of every array's joint axis."""

@@ -76,7 +76,7 @@ def inspect(
     arm = optional_robot(robot, joints, lock, tool)
     names = None if arm is None else arm.joint_names
     loaded = read_recordings(recordings, layout_of(columns, topic, rate), drive_gains, quiet=True, joints=names)
-    inspections = [inspect_recording(recording) for recording in progress(loaded, "inspecting")]
+    inspections = [inspect_recording(recording, arm) for recording in progress(loaded, "inspecting")]
     if plot is not None:
         from physident.graphics.figures.recordings import plot_recordings
 
