@@ -12,7 +12,12 @@ from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.search_data import OUTSIDE
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate, contact_accepted, contradiction
-from physident.diagnosis.search.candidate_scores import CandidateScores, score_candidates, surrogate_responses
+from physident.diagnosis.search.candidate_scores import (
+    CandidateScores,
+    contact_thresholds,
+    score_candidates,
+    surrogate_responses,
+)
 from physident.diagnosis.search.contact_scan import scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
@@ -33,7 +38,9 @@ def healthy(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> Hypothesis:
 
 @pytest.fixture(scope="module")
 def seen(healthy: Hypothesis) -> CandidateScores:
-    return score_candidates(healthy)
+    least, least_without = contact_thresholds(healthy)
+    scores = score_candidates(healthy)
+    return replace(scores, contact_threshold=least, contact_threshold_without_best_joint=least_without)
 
 
 def test_fresh_noise_beats_the_thresholds_as_rarely_as_they_say(healthy: Hypothesis, seen: CandidateScores) -> None:

@@ -148,8 +148,18 @@ def test_new_surrogates_are_spared_only_where_they_could_change_nothing(rubbing:
     evidence = float(scores.evidence_without_best_fold[index])
     assert is_beyond_doubt(replace(scores, threshold=0.9 * evidence / DOUBT))
     assert not is_beyond_doubt(replace(scores, threshold=1.1 * evidence / DOUBT))
-    pushed = replace(scores.contact, evidence=np.full_like(scores.contact.evidence, 2 * scores.contact_threshold))
-    assert not is_beyond_doubt(replace(scores, threshold=0.9 * evidence / DOUBT, contact=pushed))
+    sure = replace(scores, threshold=0.9 * evidence / DOUBT, contact_threshold=5.0)
+    pushed = replace(
+        scores.contact,
+        evidence=np.array([10.0]),
+        evidence_without_best_joint=np.array([1.0]),
+        reduction=10.0,
+        joint_reduction=10.0,
+    )
+    assert not is_beyond_doubt(replace(sure, contact=pushed))
+    assert is_beyond_doubt(replace(sure, contact=pushed, contact_threshold=20.0))
+    assert not is_beyond_doubt(replace(sure, contact=pushed, contact_threshold=np.inf))  # it was never drawn
+    assert is_beyond_doubt(replace(sure, contact=replace(pushed, joint_reduction=1.0), contact_threshold=np.inf))
 
 
 def test_sources_of_a_load_are_read(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def choose_candidate(scores: CandidateScores) -> int | None:
 def is_beyond_doubt(scores: CandidateScores) -> bool:
     """Whether a candidate that is no contact is to be accepted next by any threshold that new surrogates may set."""
     index = choose_candidate(scores)
-    if index is None or scores.contact.evidence[0] > scores.contact_threshold:
+    if index is None or scores.contact_may_come_first:
         return False
     return bool(scores.evidence_without_best_fold[index] > DOUBT * scores.threshold)
 
@@ -55,9 +55,8 @@ def contact_accepted(scores: CandidateScores, rival_gain: float | None) -> bool:
     """Whether the best contact meets every condition, even without its strongest joint, and explains more than the best
     other candidate, whose gain is ``rival_gain``."""
     contact = scores.contact
-    useful = min(contact.reduction, contact.joint_reduction) >= MIN_REDUCTION_PERCENT
     return bool(
-        useful
+        contact.is_of_use
         and contact.evidence[0] > max(scores.contact_threshold, rival_gain or 0.0)
         and contact.evidence_without_best_joint[0] > scores.contact_threshold_without_best_joint
     )

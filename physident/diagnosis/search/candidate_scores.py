@@ -24,7 +24,7 @@ from physident.processes import mapped
 
 Array = NDArray[np.float64]
 R = TypeVar("R")
-AT_ONCE = 1 << 23  # bytes of surrogates that are judged together
+AT_ONCE = 1 << 25  # bytes of surrogates that are judged together
 EVEN = 4  # parts at least, and a multiple of it: two or four processes then end together
 FEWEST = 24  # surrogates, or little less where parts are even: the rows are read once for each such group
 
@@ -37,7 +37,7 @@ class CandidateScores:
     most; ``visible_share`` (C,) of a candidate's columns outside the baseline; ``chance``: the evidence without the
     best fold (S,) that each reached on surrogates, by its name and joints; ``threshold``: what the best candidate
     reaches by chance. ``contact`` is the best contact, with thresholds of its own for its evidence and for its evidence
-    without its strongest joint.
+    without its strongest joint, infinite where no surrogate was searched for contacts, because this one is of no use.
     """
 
     hypothesis: Hypothesis
@@ -49,6 +49,12 @@ class CandidateScores:
     contact: ContactScan
     contact_threshold: float
     contact_threshold_without_best_joint: float
+
+    @property
+    def contact_may_come_first(self) -> bool:
+        """Whether the best contact is of use and exceeds its threshold, or one that is yet to be drawn."""
+        unknown = math.isinf(self.contact_threshold)
+        return self.contact.is_of_use and (unknown or bool(self.contact.evidence[0] > self.contact_threshold))
 
     def beats_chance(self, index: int) -> bool:
         """Whether a candidate can be seen at all and beats its threshold even without its best fold."""
@@ -93,13 +99,11 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
     visible = _visible(hypothesis, own)
     contact = scan_contacts(hypothesis, data.response[:, :, None], products.By[..., None])
 
-    def scored(responses: Array) -> tuple[Array, Array, Array]:
-        drawn = judge.products_with(responses)
-        scan = scan_contacts(hypothesis, responses, drawn.By)
-        return judge.gains(drawn).evidence_without_best_fold, scan.evidence, scan.evidence_without_best_joint
+    def scored(responses: Array) -> Array:
+        return judge.gains(judge.products_with(responses)).evidence_without_best_fold
 
-    drawn, pushes, weaker = zip(*over_surrogates(hypothesis, scored), strict=True)
-    chance = np.concatenate(drawn, axis=1)
+    chance = np.concatenate(over_surrogates(hypothesis, scored), axis=1)
+    least, least_without = contact_thresholds(hypothesis) if contact.is_of_use else (np.inf, np.inf)
     return CandidateScores(
         hypothesis=hypothesis,
         gain=own.evidence[:, 0],
@@ -108,9 +112,17 @@ def score_candidates(hypothesis: Hypothesis) -> CandidateScores:
         chance={one.key: reached for one, reached in zip(data.candidates, chance, strict=True)},
         threshold=effect_threshold(chance, visible),
         contact=contact,
-        contact_threshold=contact_threshold(np.concatenate(pushes)),
-        contact_threshold_without_best_joint=contact_threshold(np.concatenate(weaker)),
+        contact_threshold=least,
+        contact_threshold_without_best_joint=least_without,
     )
+
+
+def contact_thresholds(hypothesis: Hypothesis) -> tuple[float, float]:
+    """What a contact's evidence, and what is left of it without its strongest joint, must exceed."""
+    scans = over_surrogates(hypothesis, lambda responses: scan_contacts(hypothesis, responses))
+    pushes = np.concatenate([scan.evidence for scan in scans])
+    weaker = np.concatenate([scan.evidence_without_best_joint for scan in scans])
+    return contact_threshold(pushes), contact_threshold(weaker)
 
 
 def _visible(hypothesis: Hypothesis, scores: LeftOutGains) -> Array:

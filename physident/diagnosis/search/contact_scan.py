@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import STIFF, Candidate, Option
 from physident.diagnosis.problem.search_data import OUTSIDE, rows_of
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.baseline_products import response_products
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
@@ -43,6 +44,12 @@ class ContactScan:
     windows: Array
     reduction: float
     joint_reduction: float
+
+    @property
+    def is_of_use(self) -> bool:
+        """Whether the best contact could be accepted by some threshold: it is worth naming, and not the evidence of one joint alone."""
+        useful = min(self.reduction, self.joint_reduction) >= MIN_REDUCTION_PERCENT
+        return bool(useful and self.evidence_without_best_joint[0] > 0)
 
 
 def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None = None) -> ContactScan:
