@@ -97,7 +97,7 @@ def test_diagnose_reads_files_without_header_by_the_model_s_layout(
     def reached(*_: object) -> None:
         raise pid.InputError("the search began")
 
-    monkeypatch.setattr("physident.diagnosis.diagnose.search_and_learn", reached)
+    monkeypatch.setattr("physident.diagnosis.searched.search_and_learn", reached)
     for seed in (1, 2):
         _csv(_recording(ur5, seed, 0.2), tmp_path / "named.csv")
         rows = (tmp_path / "named.csv").read_text().splitlines()[1:]

@@ -72,6 +72,6 @@ def test_a_recording_too_short_is_refused_before_the_search(
     def search(*_: object) -> None:
         raise AssertionError("the search began")
 
-    monkeypatch.setattr("physident.diagnosis.diagnose.search_and_learn", search)
+    monkeypatch.setattr("physident.diagnosis.searched.search_and_learn", search)
     with pytest.raises(pid.InputError, match="left after the filter"):
         pid.diagnose(estimate, [brief(ur5, length)])

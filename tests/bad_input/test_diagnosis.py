@@ -83,7 +83,7 @@ def folder(bench: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPa
     for name, content in bench.items():
         (tmp_path / name).write_bytes(content)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("physident.diagnosis.diagnose.search_and_learn", search)
+    monkeypatch.setattr("physident.diagnosis.searched.search_and_learn", search)
     return tmp_path
 
 

@@ -1,0 +1,116 @@
+"""What was found, judged: held against rivals, halves of the recordings, the control and unseen recordings, and graded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.asked import Asked
+from physident.diagnosis.grading.confounders import with_confounder
+from physident.diagnosis.grading.control import alike_before
+from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
+from physident.diagnosis.grading.holdout import held_to_unseen
+from physident.diagnosis.grading.members import members, with_values, without
+from physident.diagnosis.grading.one_story import one_cause_a_torque
+from physident.diagnosis.problem.folds import leaves_out_recordings
+from physident.diagnosis.result.assemble import make_findings
+from physident.diagnosis.result.errors import ERRS_MORE
+from physident.diagnosis.result.extended_estimate import extended_estimate
+from physident.diagnosis.result.findings import Finding
+from physident.diagnosis.result.unexplained import (
+    Unexplained,
+    describe_unexplained,
+)
+from physident.diagnosis.rivals.rivals import check_rivals
+from physident.diagnosis.rivals.same_torque import same_torque
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.searched import Searched
+from physident.diagnosis.stability.doubts import trust_in
+from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
+from physident.diagnosis.statistics.noise_floor import noise_floor
+from physident.diagnosis.statistics.stored_products import Key
+from physident.estimation.estimate import Estimate
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judged:
+    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints and patches, its values' ``errors``, its model
+    ``refitted`` where that was needed, and the rest."""
+
+    findings: tuple[Finding, ...]
+    old: tuple[Finding, ...]
+    patchwork: bool
+    sure: Hypothesis
+    errors: Uncertainty
+    refitted: Estimate | None
+    unexplained: tuple[Unexplained, ...]
+    noise_floor: NDArray[np.float64] | None
+
+
+def judge(asked: Asked, searched: Searched) -> Judged:
+    """What was found, held against rivals, halves, the control and unseen recordings."""
+    last, hypothesis = searched.last, searched.last.hypothesis
+    problem, uncertainty = hypothesis.problem, uncertainty_of(hypothesis)
+    from_currents = any(recording.effort_kind == "current" for recording in asked.recordings)
+    same = same_torque(hypothesis)
+    checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
+    trust = trust_in(searched.found.first, last, checks, searched.stands_for)
+    alike = alike_before(hypothesis, asked.control_signals)
+    found = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
+    unexplained = describe_unexplained(hypothesis)
+    floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
+    expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
+    findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
+    findings = one_cause_a_torque(hypothesis, findings)
+    findings = with_confounder(findings, asked.control, asked.recordings)
+    refitted = _refitted(asked, hypothesis, uncertainty)
+    findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
+    patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
+    findings = single_cause(findings) if patchwork else findings
+    unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
+    # of a model that was fitted to them, they fit what was recorded; a description lacks most of an arm
+    patches = patchwork and problem.question == "missing" and not unseen_too
+    unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patches and f.grade != "cause")]
+    sure, errors = without(hypothesis, unsure), uncertainty
+    if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
+        unexplained, refitted = describe_unexplained(sure), None
+        if sure.accepted:
+            errors = uncertainty_of(sure)
+            findings, old = (with_values(sure, some, errors) for some in (findings, old))
+    return Judged(
+        findings=findings,
+        old=old,
+        patchwork=patchwork,
+        sure=sure,
+        errors=errors,
+        refitted=refitted,
+        unexplained=unexplained,
+        noise_floor=floor,
+    )
+
+
+def _refitted(asked: Asked, hypothesis: Hypothesis, uncertainty: Uncertainty) -> Estimate | None:
+    """The extended model, fitted anew, that a holdout is to judge; None where there is no holdout, or no second fit."""
+    if not asked.holdout or not hypothesis.accepted or hypothesis.problem.question != "missing":
+        return None
+    return extended_estimate(hypothesis, uncertainty, asked.with_torque)
+
+
+def _apart(
+    hypothesis: Hypothesis, findings: Sequence[Finding], alike: frozenset[Key]
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The findings that are changes, and those that the control shows alike."""
+    old = {id(f): hypothesis.accepted[members(hypothesis, f)[0]].candidate.key in alike for f in findings}
+    return tuple(f for f in findings if not old[id(f)]), tuple(f for f in findings if old[id(f)])
+
+
+def as_hints(judged: Judged) -> Judged:
+    """The same findings, each a hint, because the model that they extend errs more with them."""
+
+    def doubted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+        return tuple(replace(one, grade="hint", doubts=(*one.doubts, ERRS_MORE)) for one in findings)
+
+    return replace(judged, findings=doubted(judged.findings), old=doubted(judged.old))
