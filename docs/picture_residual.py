@@ -33,7 +33,7 @@ def main() -> None:
     found = pid.diagnose_motion(pid.identify(robot, runs), runs, holdout=[unseen])
     after = None if found.estimate is None else found.estimate.model
     pair = predict_pair(found.model, after, [unseen], found.filter, found.drive_gains)
-    title = f"UR10e, a run that nobody fitted. {headline(found.question, found.verdict, found.causes)}"
+    title = f"UR10e, a run that nobody fitted. {headline(found.question, found.verdict, found.findings)}"
     draw(pair, robot, f"{title} {RESIDUAL_IN_WORDS[found.verdict]}")
     print(found)
     print(f"written: {PICTURE.relative_to(ROOT)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from physident.diagnosis.result.wording import headline, in_words, listed, numbered
+from physident.diagnosis.result.wording import headline, in_words, listed, numbered, residual_in_words
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
@@ -114,3 +115,22 @@ def test_joints_and_effects_read_as_sentences() -> None:
     assert headline("nominal", "unexplained", ()).startswith(
         "These recordings prove nothing that is wrong with the nominal model"
     )
+
+
+def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
+    """Only where no finding is a cause; what is doubted is never said there."""
+    findings: Any = (
+        SimpleNamespace(effect=effect, joints=joints, grade=grade, intervals=())
+        for effect, joints, grade in (
+            ("time_delay", (), "contribution"),
+            ("payload", (), "hint"),
+            ("joint_spring", (2,), "cause"),
+        )
+    )
+    part, doubted, found = findings
+    said = headline("missing", "unexplained", [part, doubted])
+    assert said == "Nothing that makes most of the error is missing from the model; a part of it is proved: time delay."
+    assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
+    assert "time delay" not in headline("missing", "explained", [part, found])
+    assert "No effect" not in residual_in_words("nothing_missing", [part])
+    assert "No effect" in residual_in_words("nothing_missing", [doubted])

@@ -50,7 +50,7 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
         tag("meta", name="generator", content=f"physident {VERSION}"),
-        tag("title", headline(c.asked, c.verdict, c.causes)),
+        tag("title", headline(c.asked, c.verdict, c.findings)),
         tag("style", Markup(STYLE)),
     )
     sections = [

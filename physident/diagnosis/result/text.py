@@ -10,6 +10,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    parts_of,
     searches_in_words,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
@@ -38,7 +39,7 @@ COMMAND = "     physident "  # how the row of a command begins
 def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
     rows = [f"warning: {text}" for text in d.warnings]
-    rows += [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {ANSWERED[d.verdict]}", ""]
+    rows += [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {_verdict(d)}", ""]
     rows += _levels(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
@@ -68,10 +69,20 @@ def wrapped(row: str) -> list[str]:
     return textwrap.wrap(row, WIDTH, subsequent_indent=inset, break_on_hyphens=False) if len(row) > WIDTH else [row]
 
 
+def _verdict(d: DiagnosisRecord) -> str:
+    if d.verdict == "nothing_missing" and parts_of(d.findings):
+        return "nothing more is missing: the remaining residual is noise"
+    return ANSWERED[d.verdict]
+
+
 def _answer(d: DiagnosisRecord) -> str:
-    if not d.causes:
-        return "nothing that these recordings can prove"
-    return "; ".join(_named(f.effect, f.joints) for f in d.causes[:SHOWN])
+    if parts := parts_of(d.findings):
+        return f"nothing that makes most of the error; a part of it is proved: {_all_named(parts)}"
+    return _all_named(d.causes) or "nothing that these recordings can prove"
+
+
+def _all_named(findings: Sequence[Finding]) -> str:
+    return "; ".join(_named(f.effect, f.joints) for f in findings[:SHOWN])
 
 
 def _minor(d: DiagnosisRecord) -> list[str]:

@@ -113,10 +113,25 @@ def listed(items: Sequence[object]) -> str:
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
 
 
+def residual_in_words(verdict: Verdict, findings: Sequence[Finding]) -> str:
+    """What is left beside the ``findings``, in one sentence."""
+    return RESIDUAL_IN_WORDS["explained" if verdict == "nothing_missing" and parts_of(findings) else verdict]
+
+
+def parts_of(findings: Sequence[Finding]) -> list[Finding]:
+    """The contributions, where no finding is a cause: proved, and not the most of any joint's error."""
+    lesser = [f for f in findings if f.grade == "contribution"]
+    return [] if any(f.grade == "cause" for f in findings) else lesser
+
+
 def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str:
-    """The answer in one sentence to what was ``asked``."""
-    if findings:
-        return " ".join([*_properties_sentence(asked, findings), *_contacts_sentence(findings)])
+    """The answer in one sentence to what was ``asked``: the causes, or, where there is none, the contributions."""
+    causes = [f for f in findings if f.grade == "cause"]
+    if causes:
+        return " ".join([*_properties_sentence(asked, causes), *_contacts_sentence(causes)])
+    if parts := parts_of(findings):
+        proved = _few([cause(f.effect, f.joints) for f in parts])
+        return f"Nothing that makes most of the error is {NOT_FOUND[asked]}; a part of it is proved: {proved}."
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."
@@ -125,8 +140,13 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
 def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
     found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
-    more = [f"{len(found) - MAX_NAMED} more"] if len(found) > MAX_NAMED else []
-    return [f"{FOUND[asked]} {'; '.join([*found[:MAX_NAMED], *more])}."] if found else []
+    return [f"{FOUND[asked]} {_few(found)}."] if found else []
+
+
+def _few(causes: Sequence[str]) -> str:
+    """Causes in a sentence, the last of many as a number."""
+    more = [f"{len(causes) - MAX_NAMED} more"] if len(causes) > MAX_NAMED else []
+    return "; ".join([*causes[:MAX_NAMED], *more])
 
 
 def _contacts_sentence(findings: Sequence[Finding]) -> list[str]:

@@ -10,10 +10,11 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
-    RESIDUAL_IN_WORDS,
     cause,
     headline,
     listed,
+    parts_of,
+    residual_in_words,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
@@ -42,9 +43,9 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
     text = tag(
         "div",
         tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
-        tag("h1", headline(c.asked, c.verdict, c.causes)),
+        tag("h1", headline(c.asked, c.verdict, c.findings)),
         *_practice(c),
-        tag("p", *_gains(c), RESIDUAL_IN_WORDS[c.verdict], class_="lead"),
+        tag("p", *_gains(c), residual_in_words(c.verdict, c.findings), class_="lead"),
         *_cautions(c),
     )
     return tag("header", text, arm_picture(c, recordings))
@@ -53,7 +54,8 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
 def _practice(c: DiagnosisRecord) -> list[Markup]:
     """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
     if not c.causes:
-        return [tag("p", WITHOUT_CAUSE[c.verdict], class_="practice")]
+        partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
+        return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
     items = [
         tag("li", tag("strong", f"{name[0].upper()}{name[1:]}. "), practice(f.effect))
         for f in c.causes
