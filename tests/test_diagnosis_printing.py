@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import JointErrors, Unseen
 from physident.diagnosis.result.text import WIDTH
-from physident.diagnosis.result.unexplained import Unexplained
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from physident.diagnosis.learned.predictable import predictable_share
+from physident.diagnosis.remainder.predictable import predictable_share
 
 RATE = 20.0  # Hz
 

@@ -92,6 +92,7 @@ def test_diagnosis_file() -> None:
         assert (one.pop("in_words"), one.pop("curves")) == ("", [])
     for one in again["unexplained"]:
         assert one.pop("predictable") is None
+        assert one.pop("burst") is None
     for one in again["recordings"]:
         assert one.pop("repeats") is None
     for errors in (again["score"]["before"], again["score"]["after"]):

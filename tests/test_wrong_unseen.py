@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.errors import FAR, beyond_noise
 from physident.diagnosis.result.findings import JointErrors
-from physident.diagnosis.result.unexplained import Unexplained
 
 LEFT = 0.01  # N m, beside which the simulated arm's parameters are known to less
 FAINT = dict.fromkeys(("lag_one", "memory", "white_memory", "slow", "peak", "velocity", "position", "load"), 0.0)

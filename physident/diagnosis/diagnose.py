@@ -10,14 +10,14 @@ from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.judged import Judged, as_hints, judge
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.remainder.unexplained import (
+    above_noise_floor,
+    incomplete_joints,
+)
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import beyond_noise, errors_before_and_after, refutes
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Verdict
-from physident.diagnosis.result.unexplained import (
-    above_noise_floor,
-    incomplete_joints,
-)
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.side_results import unseen_effects

@@ -1,7 +1,7 @@
 """Real arms: what curves learn from them, beside a Gaussian process and a small network on (q, v, a), on recordings not fitted.
 
 The last row is a bound: what any function of a joint's position, velocity, acceleration and load would leave at least of the fitted
-recordings, from states that were visited twice (``physident/diagnosis/learned/predictable.py``).
+recordings, from states that were visited twice (``physident/diagnosis/remainder/predictable.py``).
 
 The two learn the torque that the default model leaves, as functions of the position, velocity and acceleration of all joints, from
 the same rows; they are scikit-learn's, with its own choice of their sizes. Neither can be exported to a simulator, or is passive.

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, weighted_rows, where_it_shows, without
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, Grade
-from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.effects.catalogue import CATALOGUE

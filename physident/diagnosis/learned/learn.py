@@ -16,7 +16,7 @@ from physident.diagnosis.learned.nearest_law import SAME_SHAPE, laws_of_joint, s
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.result.unexplained import white_memory
+from physident.diagnosis.remainder.unexplained import white_memory
 from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, is_worth_naming, left_out_costs
 from physident.diagnosis.search.candidate_scores import over_surrogates, score_candidates
 from physident.diagnosis.search.forward_search import HANDFUL, SearchResult, count_findings, placed, without_redundant

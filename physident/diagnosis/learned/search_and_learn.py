@@ -19,7 +19,7 @@ from physident.diagnosis.learned.pool import AMPLITUDES, CurvePool
 from physident.diagnosis.problem.baseline_fit import fit_with_all_candidates
 from physident.diagnosis.problem.problem import DiagnosisProblem, with_memory
 from physident.diagnosis.problem.search_data import Baseline
-from physident.diagnosis.result.unexplained import STRUCTURED, white_memory
+from physident.diagnosis.remainder.unexplained import STRUCTURED, white_memory
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import SearchResult
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis

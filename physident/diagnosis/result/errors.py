@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.result.findings import JointErrors
-from physident.diagnosis.result.unexplained import Unexplained
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.dry_friction.rest import rest_rows

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.question import Question
+from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.unexplained import Unexplained, above_noise_floor
 from physident.diagnosis.result.wording import Asked
 from physident.dynamics.model import Model
 from physident.files import VERSION

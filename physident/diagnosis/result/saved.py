@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from physident.diagnosis.problem.question import Question
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.record import SCHEMA, DiagnosisRecord
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.unexplained import Unexplained
 from physident.dynamics.model_entries import read_model
 from physident.effects.catalogue import CATALOGUE
 from physident.errors import InputError
@@ -99,7 +99,7 @@ def _findings(data: Any, where: str) -> tuple[Finding, ...]:
 def _unexplained(data: Any) -> Any:
     """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
     plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
-    return [{"predictable": None, **one} for one in data] if plain else data
+    return [{"predictable": None, "burst": None, **one} for one in data] if plain else data
 
 
 def _used(data: Any) -> Any:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.learned.predictable import predictable_share
 from physident.diagnosis.problem.folds import MEMORIES
+from physident.diagnosis.remainder.burst import Burst, burst_of
+from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
@@ -30,7 +32,7 @@ class Unexplained:
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
-    twice."""
+    twice; ``burst``: the short time that holds much of it, None where there is none."""
 
     joint: int
     rms: float
@@ -46,6 +48,7 @@ class Unexplained:
     order: float
     order_share: float
     predictable: float | None = None
+    burst: Burst | None = None
 
     @property
     def structured(self) -> bool:
@@ -70,7 +73,8 @@ class Unexplained:
             if self.predictable is not None
             else ""
         )
-        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{bound}"
+        moment = "" if self.burst is None else f"; {self.burst}"
+        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{moment}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
@@ -93,6 +97,9 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     white = white_memory(hypothesis)
     memory = correlation_rows(regressor, residual)
     q, v, a, load = (_at_rows(hypothesis, name) for name in ("q", "v", "a", "load"))
+    signals = hypothesis.problem.signals
+    since = regressor.time - np.array([one.origin for one in signals])[regressor.recording]
+    names = [PurePath(one.source).name for one in signals]
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -122,6 +129,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 order=float(orders[top]),
                 order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
                 predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
+                burst=burst_of(r, since, regressor.recording, names, worth),
             )
         )
     return tuple(result)

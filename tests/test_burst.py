@@ -1,0 +1,61 @@
+"""When a residual is larger than ever else is found, and noise has no such time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from physident.diagnosis.remainder.burst import burst_of
+
+RATE, DURATION = 20.0, 30.0  # Hz, s of each of two recordings
+NAMES = ("first.csv", "second.csv")
+REMEMBERED = 4  # rows
+
+
+def rows() -> tuple[np.ndarray, np.ndarray]:
+    """Times since each recording began, and the place of each row's recording."""
+    time = np.arange(0.0, DURATION, 1 / RATE)
+    return np.tile(time, 2), np.repeat([0, 1], len(time))
+
+
+def noise(seed: int) -> np.ndarray:
+    """A moving mean of white noise: a residual that remembers, of variance one."""
+    time, _ = rows()
+    white = np.random.default_rng(seed).standard_normal(len(time) + REMEMBERED - 1)
+    return np.convolve(white, np.full(REMEMBERED, REMEMBERED**-0.5), "valid")
+
+
+def test_a_time_that_differs_is_found_and_measured() -> None:
+    time, recording = rows()
+    pushed = (recording == 1) & (time >= 9.0) & (time < 12.0)
+    residual = np.where(pushed, 5.0, 1.0) * noise(0)
+    found = burst_of(residual, time, recording, NAMES, len(time) / REMEMBERED)
+    assert found is not None
+    assert found.recording == "second.csv"
+    assert found.start == pytest.approx(9.0, abs=0.5)
+    assert found.end == pytest.approx(12.0, abs=0.5)
+    inside = (recording == 1) & (time >= found.start) & (time < found.end)
+    assert found.share == pytest.approx(np.sum(residual[inside] ** 2) / np.sum(residual**2))
+    assert found.of_time == pytest.approx(inside.mean())
+
+
+def test_noise_of_one_size_has_no_burst_and_what_is_large_all_along_is_none() -> None:
+    time, recording = rows()
+    worth = len(time) / REMEMBERED
+    found = [burst_of(noise(seed), time, recording, NAMES, worth) for seed in range(200)]
+    assert sum(one is not None for one in found) <= 6  # of 200 at a hundredth each
+    few = [burst_of(noise(seed)[::60], time[::60], recording[::60], NAMES, 20.0) for seed in range(200)]
+    assert sum(one is not None for one in few) <= 6  # twenty samples: a third of the power is soon in one of them
+    half = np.where(recording == 1, 4.0, 1.0) * noise(0)
+    assert burst_of(half, time, recording, NAMES, worth) is None
+
+
+def test_the_larger_of_two_bursts_is_told_and_a_lesser_share_is_not() -> None:
+    time, recording = rows()
+    large, small = ((time >= start) & (time < start + 2.0) & (recording == 0) for start in (3.0, 20.0))
+    residual = noise(3) * np.where(large, 6.0, np.where(small, 4.0, 1.0))
+    found = burst_of(residual, time, recording, NAMES, len(time) / REMEMBERED)
+    assert found is not None
+    assert (found.recording, round(found.start), round(found.end)) == ("first.csv", 3, 5)
+    faint = noise(3) * np.where(large, 2.0, 1.0)  # a tenth of the power
+    assert burst_of(faint, time, recording, NAMES, len(time) / REMEMBERED) is None
