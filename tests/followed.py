@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 import physident as pid
 from physident.excitation.motion.motion import Motion
 from physident.simulation.simulate import Simulation
 
+Array = NDArray[np.float64]
 STEP = 0.004  # s: as in a simulation, so that sampling instants at 125 Hz and 250 Hz lie on the grid
 
 
@@ -18,7 +20,8 @@ def followed(model: pid.Model, motion: Motion, sensors: pid.Sensors, seed: int) 
 
     Every effect is in it, and the noise is the same; no equation of motion is solved, which takes seconds.
     """
-    planned = motion.states(STEP * np.arange(round(motion.duration / STEP) + 1))
+    time: Array = STEP * np.arange(round(motion.duration / STEP) + 1, dtype=float)
+    planned = motion.states(time)
     truth = replace(planned, torque=model.torque(planned), rate=1 / STEP)
     table = sensors.read(model.robot, truth, motion.duration, np.random.default_rng(seed))
     return Simulation(model, motion, sensors=sensors, seed=seed).recording(table)
