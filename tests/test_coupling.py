@@ -22,7 +22,8 @@ from physident.effects.transmission import CoupledFriction
 from physident.estimation.identify import prepare_all
 from physident.identifiability.base_parameters import random_motion
 from physident.identifiability.identifiability import measure_identifiability
-from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.made_once import made_once
+from tests.plant import Arm, hide, multisine
 from tests.plant.laws import Dry
 from tests.serial_arms import make_arm
 
@@ -51,11 +52,7 @@ def recorded(
     arm: Arm, folder: Path, name: str, change: Callable[[pid.Recording], pid.Recording] = lambda one: one
 ) -> list[pid.Recording]:
     """Two recordings of the arm of a name, which are made once, with a change of their channels."""
-    paths = [folder / f"{name}_{seed}.csv" for seed in SEEDS]
-    for seed, path in zip(SEEDS, paths, strict=True):
-        if not path.exists():
-            record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(path)
-    return [change(pid.load_recording(path)) for path in paths]
+    return [change(made_once(folder / f"{name}_{seed}.csv", arm, multisine(seed), seed)) for seed in SEEDS]
 
 
 def coupled() -> Arm:

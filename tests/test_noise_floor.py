@@ -13,7 +13,8 @@ from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_all
-from tests.plant import Arm, Sensors, multisine, record
+from tests.made_once import made_once
+from tests.plant import Arm, Sensors, multisine
 
 FILTER = pid.Filter(5.0)
 
@@ -25,12 +26,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def taken(folder: Path, motion: int, noise: int, larger: float = 1.0) -> pid.Recording:
     """A recording of a motion with some noise; each is made once."""
-    path = folder / f"{motion}_{noise}_{larger}.csv"
-    if not path.exists():
-        plan = multisine(motion)
-        plan = replace(plan, amplitude=larger * plan.amplitude)
-        record(Arm(), plan, Sensors(), noise, step=2e-3).write_csv(path)
-    return pid.load_recording(path)
+    plan = multisine(motion)
+    larger_plan = replace(plan, amplitude=larger * plan.amplitude)
+    return made_once(folder / f"{motion}_{noise}_{larger}.csv", Arm(), larger_plan, noise)
 
 
 def floor(recordings: list[pid.Recording]) -> np.ndarray | None:
