@@ -29,7 +29,7 @@ STEEP = np.sqrt(2 / np.pi)  # the standard deviation whose expected sign has the
 class EstimatorsOwn(Smooth):
     """s = E sgn(u) for a velocity as uncertain as ``width`` [rad/s]: erf(sqrt(pi) u / (2 width)).
 
-    A recording asks for it ten thousand times a second, so it is written here once more, for few numbers at a time; a test of
+    A recording asks for it tens of thousands of times, so it is written here once more, for few numbers at a time; a test of
     ``expected_sign`` proves that both are the same.
     """
 
