@@ -8,7 +8,7 @@ import numpy as np
 
 import physident as pid
 from physident.simulation.sensors import Sensors
-from physident.simulation.simulate import simulate
+from tests.followed import followed
 
 # dry friction that turns over a speed which the model is given: what a load shows is judged here, not reversals
 DRY = pid.CATALOGUE["coulomb_friction"](smoothing=0.01, presliding=0.0)
@@ -39,4 +39,4 @@ def arm(robot: pid.Robot, load: np.ndarray | None = None) -> pid.Model:
 
 def record(model: pid.Model, seed: int, sensors: Sensors = SENSORS) -> pid.Recording:
     """Twenty seconds of a random motion of its own, with the sensors' noise."""
-    return simulate(model, pid.random_trajectory(model.robot, seed=seed, duration=20.0), sensors=sensors, seed=seed)
+    return followed(model, pid.random_trajectory(model.robot, seed=seed, duration=20.0), sensors, seed)

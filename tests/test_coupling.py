@@ -22,7 +22,8 @@ from physident.effects.transmission import CoupledFriction
 from physident.estimation.identify import prepare_all
 from physident.identifiability.base_parameters import random_motion
 from physident.identifiability.identifiability import measure_identifiability
-from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.made_once import made_once
+from tests.plant import Arm, hide, multisine
 from tests.plant.laws import Dry
 from tests.serial_arms import make_arm
 
@@ -42,12 +43,16 @@ def leaking(recording: pid.Recording) -> pid.Recording:
     return replace(recording, effort=effort)
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("coupling")
+
+
 def recorded(
-    arm: Arm, folder: Path, change: Callable[[pid.Recording], pid.Recording], name: str = ""
+    arm: Arm, folder: Path, name: str, change: Callable[[pid.Recording], pid.Recording] = lambda one: one
 ) -> list[pid.Recording]:
-    for seed in SEEDS:
-        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{name}{seed}.csv")
-    return [change(pid.load_recording(folder / f"{name}{seed}.csv")) for seed in SEEDS]
+    """Two recordings of the arm of a name, which are made once, with a change of their channels."""
+    return [change(made_once(folder / f"{name}_{seed}.csv", arm, multisine(seed), seed)) for seed in SEEDS]
 
 
 def coupled() -> Arm:
@@ -61,23 +66,23 @@ def scaled() -> Arm:
 @pytest.mark.parametrize(
     ("name", "joints", "arm", "change", "holds"),
     [
-        ("coupled_friction", PAIR, coupled(), lambda one: one, True),
-        ("coupled_friction", PAIR, dry(), leaking, False),
-        ("torque_constant", PAIR[1:], scaled(), lambda one: one, True),
-        ("torque_constant", PAIR[1:], dry(), leaking, False),
+        ("coupled_friction", PAIR, coupled, lambda one: one, True),
+        ("coupled_friction", PAIR, dry, leaking, False),
+        ("torque_constant", PAIR[1:], scaled, lambda one: one, True),
+        ("torque_constant", PAIR[1:], dry, leaking, False),
     ],
     ids=("gears", "gears or channels", "gain", "gain or channels"),
 )
 def test_torque_that_leaks_is_no_coupling_and_no_gain(
-    tmp_path: Path,
+    folder: Path,
     ur5: pid.Robot,
     name: str,
     joints: tuple[int, ...],
-    arm: Arm,
+    arm: Callable[[], Arm],
     change: Callable[[pid.Recording], pid.Recording],
     holds: bool,
 ) -> None:
-    recordings = recorded(arm, tmp_path, change)
+    recordings = recorded(arm(), folder, arm.__name__, change)
     estimate = pid.identify(ur5, recordings)
     problem = state_problem("missing", estimate, prepare_all(ur5, recordings, estimate.filter), estimate.filter, 0)
     hypothesis = settled_hypothesis(problem, ())
@@ -86,11 +91,11 @@ def test_torque_that_leaks_is_no_coupling_and_no_gain(
 
 
 def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
-    tmp_path: Path, ur5: pid.Robot, monkeypatch: pytest.MonkeyPatch
+    folder: Path, ur5: pid.Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of what beats chance only: what is too little to be judged may show in a half."""
-    arms = (("before", dry()), ("after", hide(dry(), "coulomb_friction", PAIR[0], 1.5)))
-    runs = [one for name, arm in arms for one in recorded(arm, tmp_path, leaking, name)]
+    arms = (("dry", dry()), ("stiffer", hide(dry(), "coulomb_friction", PAIR[0], 1.5)))
+    runs = [one for name, arm in arms for one in recorded(arm, folder, name, leaking)]
     estimate = pid.identify(ur5, runs[:2])
     problem = state_problem("different", estimate, prepare_all(ur5, runs[2:], estimate.filter), estimate.filter, 0)
     first, pair = score_candidates(settled_hypothesis(problem, ())), ("coupled_friction", PAIR)
@@ -101,8 +106,8 @@ def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
     assert searched_in_halves(first, (pair,)) == every
 
 
-def test_torque_that_leaks_into_another_channel_is_named_with_its_share(tmp_path: Path, ur5: pid.Robot) -> None:
-    recordings = recorded(dry(), tmp_path, leaking)
+def test_torque_that_leaks_into_another_channel_is_named_with_its_share(folder: Path, ur5: pid.Robot) -> None:
+    recordings = recorded(dry(), folder, "dry", leaking)
     found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
     (cause,) = found.causes
     assert (cause.effect, cause.joints) == ("torque_crosstalk", (6,))
@@ -110,12 +115,12 @@ def test_torque_that_leaks_into_another_channel_is_named_with_its_share(tmp_path
     assert shares.pop("share_of_joint5") == pytest.approx(1 / 3, abs=0.03)
 
 
-def test_torques_from_motor_currents_have_no_crosstalk(tmp_path: Path, ur5: pid.Robot) -> None:
+def test_torques_from_motor_currents_have_no_crosstalk(folder: Path, ur5: pid.Robot) -> None:
     """Sensors leak; a current that follows another joint's torque shows something else."""
     gains = (10.0, 10.0, 8.0, 5.0, 5.0, 5.0)
     currents = [
         replace(one, effort=one.effort / gains, effort_kind="current").with_drive_gains(gains)
-        for one in recorded(dry(), tmp_path, leaking)
+        for one in recorded(dry(), folder, "dry", leaking)
     ]
     model, signals = pid.Model.nominal(ur5), [pid.prepare(one, pid.Filter(5.0)) for one in currents]
     assert "torque_crosstalk" not in {name for name, *_ in candidate_effects(model, signals)}
@@ -125,8 +130,8 @@ def test_torques_from_motor_currents_have_no_crosstalk(tmp_path: Path, ur5: pid.
     assert "torque_crosstalk" in {name for name, *_ in candidate_effects(model, by_sensor)}
 
 
-def test_gears_that_couple_two_joints_are_no_crosstalk(tmp_path: Path, ur5: pid.Robot) -> None:
-    recordings = recorded(coupled(), tmp_path, lambda one: one)
+def test_gears_that_couple_two_joints_are_no_crosstalk(folder: Path, ur5: pid.Robot) -> None:
+    recordings = recorded(coupled(), folder, "coupled")
     found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
     assert [(cause.effect, cause.joints) for cause in found.causes] == [("coupled_friction", PAIR)]
 
@@ -147,12 +152,12 @@ def test_a_joint_that_slides_shares_no_motor_with_one_that_turns(tmp_path: Path)
 
 
 def test_a_load_and_a_sensor_that_leaks_are_both_new_and_their_model_is_of_the_new_arm(
-    tmp_path: Path, ur5: pid.Robot
+    folder: Path, ur5: pid.Robot
 ) -> None:
     """Each is a change of its own: neither may be held for old because the other one changed. And the model that holds both is no model of the
     recordings from before: beside it, the arm as it was has changed back."""
-    before = recorded(dry(), tmp_path, lambda one: one, "before")
-    after = recorded(hide(dry(), "payload", (), 1.0), tmp_path, leaking, "after")
+    before = recorded(dry(), folder, "dry")
+    after = recorded(hide(dry(), "payload", (), 1.0), folder, "loaded", leaking)
     found = pid.diagnose_motion(pid.identify(ur5, before), after[:1])
     assert {(f.effect, f.joints) for f in found.causes} == {("payload", ()), ("torque_crosstalk", (6,))}
     assert not found.missing_since_before

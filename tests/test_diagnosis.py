@@ -17,7 +17,7 @@ from tests.plant import Arm, Sensors, hide, multisine, record
 
 def recorded(folder: Path, name: str, arm: Arm, seed: int) -> pid.Recording:
     path = folder / f"{name}_{seed}.csv"
-    record(arm, multisine(seed), Sensors(), seed).write_csv(path)
+    record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(path)
     return pid.load_recording(path)
 
 

@@ -21,6 +21,7 @@ from physident.diagnosis.search.forward_search import HANDFUL, settled_hypothesi
 from physident.effects.contact import Contact
 from tests.opened import opened
 from tests.plant import Arm
+from tests.searched_once import searched_once
 
 NOISE = np.full(2, 0.5)  # N m, that even a right model leaves
 
@@ -208,9 +209,10 @@ def test_a_handful_is_fewer_than_the_families_of_effects() -> None:
 
 
 def test_what_unseen_recordings_refute_is_no_cause_and_is_not_carried(
-    ur5: pid.Robot, healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate
+    healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Friction that one recording has, and the next has not."""
+    searched_once(monkeypatch)
     run, unseen = healthy_runs[2:4]
     assert run.dq is not None
     rubbing = replace(run, effort=run.effort + 3.0 * np.sign(run.dq) * Arm().friction.coulomb * (np.arange(6) == 2))

@@ -21,7 +21,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[pid.Recor
     folder, later = tmp_path_factory.mktemp("blocks"), hide(exact_arm(), "load_dependent_friction", 2, 0.08)
     found = []
     for seed, arm in ((1, exact_arm()), (3, exact_arm()), (7, later), (9, later)):
-        record(arm, multisine(seed), Sensors(), seed).write_csv(folder / f"{seed}.csv")
+        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
         found.append(pid.load_recording(folder / f"{seed}.csv"))
     return found[:2], found[2:]
 

@@ -21,7 +21,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder, paths = tmp_path_factory.mktemp("nominal"), []
     for seed in (1, 3):
         path = folder / f"run_{seed}.csv"
-        record(Arm(), multisine(seed), Sensors(), seed).write_csv(path)
+        record(Arm(), multisine(seed), Sensors(), seed, step=2e-3).write_csv(path)
         head, *rows = path.read_text(encoding="utf-8").splitlines()
         names = head.split(",")
         efforts = [k for k, name in enumerate(names) if name.startswith("tau_")]

@@ -21,6 +21,7 @@ from physident.diagnosis.search.one_for_many import find_replacement
 from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.searched_once import searched_once
 
 PATCHWORK = tuple(("link_inertia", (link,)) for link in (3, 4, 5))
 
@@ -112,6 +113,7 @@ def test_a_model_is_not_extended_by_a_patchwork(
     estimate = pid.identify(ur5, runs)
     plain = pid.diagnose_motion(estimate, runs)
     monkeypatch.setattr(forward_search, "HANDFUL", 1)
+    searched_once(monkeypatch)
     stopped = pid.diagnose_motion(estimate, runs)
     (cause,) = stopped.causes
     assert len(stopped.findings) > 1

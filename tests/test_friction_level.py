@@ -23,7 +23,7 @@ LOUD = Sensors(torque_noise=(1.5, 1.8, 1.2, 0.4, 0.3, 0.25), noise_memory=0.03)
 
 def motion_again(arm: Arm, path: Path, seed: int, noise: int, sensors: Sensors = QUIET) -> pid.Recording:
     """The recording of an arm's motion; dry friction turns as tests/plant has it, not as the estimator does."""
-    record(arm, multisine(seed), sensors, noise, step=2e-3).write_csv(path)
+    record(arm, multisine(seed), sensors, noise, step=4e-3).write_csv(path)
     return pid.load_recording(path)
 
 

@@ -14,6 +14,7 @@ from physident.effects.learned.spline import bumps, modes
 from physident.estimation.physical.cones import physical_cones
 from physident.identifiability.base_parameters import random_motion
 from physident.recordings.signals import Signals
+from tests.followed import followed
 
 PLACE, WIDTH, HEIGHT = 0.2, 0.2, 3.0  # rad, rad, N m: of the curve that the simulated arm has on its third joint
 
@@ -41,7 +42,7 @@ def runs(ur5: pid.Robot) -> list[pid.Recording]:
     arm = pid.Model(ur5, (*nominal.effects, Bump(joints=(3,))), np.array([*theta, HEIGHT]))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.5)
     motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
-    return [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+    return [followed(arm, motion, sensors, seed=seed) for seed, motion in enumerate(motions)]
 
 
 @pytest.mark.parametrize("circle", [False, True])

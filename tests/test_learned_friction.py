@@ -12,6 +12,7 @@ from physident.effects.friction import CoulombFriction
 from physident.effects.learned.curves import LearnedPositionFriction, LearnedTemperature, LearnedTime
 from physident.export.symbolic import symbolic_model
 from physident.identifiability.base_parameters import random_motion
+from tests.followed import followed
 
 PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
 
@@ -35,7 +36,7 @@ def runs(ur5: pid.Robot) -> list[pid.Recording]:
     arm = pid.Model(ur5, (*nominal.effects, Drag(joints=(3,))), np.array([*theta, HEIGHT]))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
     motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
-    return [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+    return [followed(arm, motion, sensors, seed=seed) for seed, motion in enumerate(motions)]
 
 
 def test_it_turns_over_its_own_speed(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
@@ -128,7 +129,7 @@ def test_it_leaves_dry_friction_as_dry_as_it_is(ur5: pid.Robot) -> None:
     arm = pid.Model(ur5, nominal.effects, np.array(theta))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
     motions = [pid.random_trajectory(ur5, seed=seed, duration=20.0, base_frequency=0.1) for seed in (1, 2)]
-    runs = [pid.simulate(arm, motion, sensors=sensors, seed=seed) for seed, motion in enumerate(motions)]
+    runs = [followed(arm, motion, sensors, seed=seed) for seed, motion in enumerate(motions)]
     widths = []
     for effects in (nominal.effects, (*nominal.effects, LearnedPositionFriction((6,)))):
         model = pid.identify(ur5, runs, effects).model

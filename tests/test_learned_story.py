@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from tests.followed import followed
 
 BUMP, SWELL = (
     3.0,
@@ -40,7 +41,7 @@ def recorded(ur5: pid.Robot, bump: float, swell: float, noise: int = 0) -> list[
     arm = pid.Model(ur5, effects, np.array([*theta, bump, swell]))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
     motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
-    return [pid.simulate(arm, motion, sensors=sensors, seed=noise + k) for k, motion in enumerate(motions)]
+    return [followed(arm, motion, sensors, seed=noise + k) for k, motion in enumerate(motions)]
 
 
 @pytest.mark.parametrize(("bump", "curves"), [(0.0, ()), (BUMP, (2, 3))])

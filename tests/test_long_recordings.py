@@ -25,7 +25,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("long")
     found = []
     for seed in (1, 2):
-        made = record(Arm(), multisine(seed=seed), Sensors(), seed=seed)
+        made = record(Arm(), multisine(seed=seed), Sensors(), seed=seed, step=2e-3)
         table = {name: np.array(values) for name, values in made.table().items()}
         table["q_2"][100:103] = np.nan
         table["time"][700] = table["time"][699]

@@ -6,40 +6,49 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import physident as pid
 from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_all
-from tests.plant import Arm, Sensors, multisine, record
-from tests.plant.motions import Motion
+from tests.made_once import made_once
+from tests.plant import Arm, Sensors, multisine
 
 FILTER = pid.Filter(5.0)
 
 
-def floor(folder: Path, motions: list[Motion], seeds: tuple[int, ...]) -> np.ndarray | None:
-    for motion, seed in zip(motions, seeds, strict=True):
-        record(Arm(), motion, Sensors(), seed).write_csv(folder / f"{seed}.csv")
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("floor")
+
+
+def taken(folder: Path, motion: int, noise: int, larger: float = 1.0) -> pid.Recording:
+    """A recording of a motion with some noise; each is made once."""
+    plan = multisine(motion)
+    larger_plan = replace(plan, amplitude=larger * plan.amplitude)
+    return made_once(folder / f"{motion}_{noise}_{larger}.csv", Arm(), larger_plan, noise)
+
+
+def floor(recordings: list[pid.Recording]) -> np.ndarray | None:
     robot = pid.load_robot("ur5")
-    signals = prepare_all(robot, pid.load_recordings([folder / f"{seed}.csv" for seed in seeds]), FILTER)
+    signals = prepare_all(robot, recordings, FILTER)
     regressor = build_regressor(robot, pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
     return noise_floor(regressor, signals, regressor.torque, regressor.torque)
 
 
-def test_a_motion_made_twice_shows_the_instruments_noise_through_the_filter(tmp_path: Path) -> None:
-    found = floor(tmp_path, [multisine(5), multisine(5)], (1, 2))
+def test_a_motion_made_twice_shows_the_instruments_noise_through_the_filter(folder: Path) -> None:
+    found = floor([taken(folder, 5, 1), taken(folder, 5, 2)])
     assert found is not None
     sensors = Sensors()
     through = np.array(sensors.torque_noise) * np.linalg.norm(FILTER.taps(sensors.rate))
     np.testing.assert_allclose(found, through, rtol=0.12)  # 400 rows, every second one independent
 
 
-def test_rows_that_are_not_counted_are_no_noise(tmp_path: Path) -> None:
+def test_rows_that_are_not_counted_are_no_noise(folder: Path) -> None:
     """Where an effect remembers what was not recorded, rows have neither columns nor torque: they say nothing of noise."""
-    for seed in (1, 2):
-        record(Arm(), multisine(5), Sensors(), seed).write_csv(tmp_path / f"{seed}.csv")
-    signals = prepare_all(pid.load_robot("ur5"), pid.load_recordings([tmp_path / "1.csv", tmp_path / "2.csv"]), FILTER)
+    signals = prepare_all(pid.load_robot("ur5"), [taken(folder, 5, 1), taken(folder, 5, 2)], FILTER)
     regressor = build_regressor(pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
     whole = noise_floor(regressor, signals, regressor.torque, regressor.torque)
     counted, torque = regressor.counted.copy(), regressor.torque.copy()
@@ -52,19 +61,14 @@ def test_rows_that_are_not_counted_are_no_noise(tmp_path: Path) -> None:
     np.testing.assert_allclose(without, whole, rtol=0.1)
 
 
-def test_motions_that_do_not_repeat_have_no_floor(tmp_path: Path) -> None:
-    assert floor(tmp_path, [multisine(5), multisine(7)], (1, 2)) is None
+def test_motions_that_do_not_repeat_have_no_floor(folder: Path) -> None:
+    assert floor([taken(folder, 5, 1), taken(folder, 7, 3)]) is None
 
 
-def test_a_motion_that_repeats_a_little_larger_shows_hardly_more_than_noise(tmp_path: Path) -> None:
+def test_a_motion_that_repeats_a_little_larger_shows_hardly_more_than_noise(folder: Path) -> None:
     """No controller repeats a motion exactly; what a few percent more of it need is torque that a model predicts."""
-    motion = multisine(5)
-    for seed, scale in ((1, 1.0), (2, 1.04)):
-        record(Arm(), replace(motion, amplitude=scale * motion.amplitude), Sensors(), seed).write_csv(
-            tmp_path / f"{seed}.csv"
-        )
     robot, effects = pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS)
-    recordings = pid.load_recordings([tmp_path / "1.csv", tmp_path / "2.csv"])
+    recordings = [taken(folder, 5, 1), taken(folder, 5, 2, larger=1.04)]
     signals = prepare_all(robot, recordings, FILTER)
     regressor = build_regressor(robot, effects, signals, FILTER)
     left = regressor.residual(pid.identify(robot, recordings, filter=FILTER).model.theta)
@@ -78,13 +82,10 @@ def test_a_motion_that_repeats_a_little_larger_shows_hardly_more_than_noise(tmp_
     assert np.all(found <= of_torque)
 
 
-def test_noise_is_no_more_than_its_share_of_what_is_left_of_all_rows(tmp_path: Path) -> None:
+def test_noise_is_no_more_than_its_share_of_what_is_left_of_all_rows(folder: Path) -> None:
     """Rows of a repeated motion that are harder than the rest say what share of the rest is noise, and quieter ones how large noise is."""
-    for seed, motion in ((1, multisine(5)), (2, multisine(5)), (3, multisine(7))):
-        record(Arm(), motion, Sensors(), seed).write_csv(tmp_path / f"{seed}.csv")
-    signals = prepare_all(
-        pid.load_robot("ur5"), pid.load_recordings([tmp_path / f"{k}.csv" for k in (1, 2, 3)]), FILTER
-    )
+    recordings = [taken(folder, *seeds) for seeds in ((5, 1), (5, 2), (7, 3))]
+    signals = prepare_all(pid.load_robot("ur5"), recordings, FILTER)
     regressor = build_regressor(pid.load_robot("ur5"), pid.make_effects(DEFAULT_EFFECTS), signals, FILTER)
     noise = np.random.default_rng(0).standard_normal(regressor.torque.shape)
     repeated = (regressor.recording < 2)[:, None]

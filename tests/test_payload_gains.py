@@ -17,7 +17,7 @@ JOINTS = (1, 2, 3, 4, 5, 6)
 
 
 def _recording(arm: Arm, seed: int, motion=multisine) -> pid.Recording:
-    r = record(arm, motion(seed=seed, duration=20.0), seed=seed)
+    r = record(arm, motion(seed=seed, duration=20.0), seed=seed, step=2e-3)
     return pid.Recording(r.time, r.q, r.effort, "torque", dq=r.dq, source=f"seed {seed}")
 
 

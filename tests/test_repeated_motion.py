@@ -34,7 +34,7 @@ def faulty() -> Arm:
 
 
 def taken(folder: Path, name: str, arm: Arm, motion: int, noise: int) -> pid.Recording:
-    record(arm, multisine(motion), Sensors(), noise, step=2e-3).write_csv(folder / f"{name}.csv")
+    record(arm, multisine(motion), Sensors(), noise, step=4e-3).write_csv(folder / f"{name}.csv")
     return pid.load_recording(folder / f"{name}.csv")
 
 
@@ -131,12 +131,13 @@ def test_another_motion_is_not_compared_and_its_errors_do_not_hide_the_change(
     assert len(mixed.causes) == len(found.causes)
 
 
-def test_a_holdout_that_is_compared_can_refute_and_one_that_is_not_cannot(
-    model: pid.Estimate, again: list[pid.Recording], folder: Path
-) -> None:
+@pytest.fixture(scope="module")
+def refuted(model: pid.Estimate, again: list[pid.Recording], folder: Path) -> pid.Diagnosis:
     """The arm was mended before the last recording: only a comparison can say that the change is not there."""
-    mended = taken(folder, "mended", faulty(), MOTIONS[2], 703)
-    refuted = pid.diagnose_motion(model, again, [mended])
+    return pid.diagnose_motion(model, again, [taken(folder, "mended", faulty(), MOTIONS[2], 703)])
+
+
+def test_a_holdout_that_is_compared_can_refute_and_one_that_is_not_cannot(refuted: pid.Diagnosis) -> None:
     assert not refuted.causes
     assert "not confirmed on unseen data" in refuted.findings[0].doubts
 
@@ -248,11 +249,7 @@ def test_recordings_from_before_are_named_as_such(
     assert "fitted to" not in text
 
 
-def test_a_verdict_does_not_call_noise_what_a_hint_explained(
-    model: pid.Estimate, again: list[pid.Recording], folder: Path
-) -> None:
-    mended = taken(folder, "mended again", faulty(), MOTIONS[2], 704)
-    refuted = pid.diagnose_motion(model, again, [mended])
+def test_a_verdict_does_not_call_noise_what_a_hint_explained(refuted: pid.Diagnosis) -> None:
     assert not refuted.causes
     assert refuted.verdict == "unexplained"
     assert refuted.unexplained[CHANGE[1] - 1].rms > 0.5 * CHANGE[2] * 0.2

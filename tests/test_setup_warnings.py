@@ -103,8 +103,14 @@ def test_a_poor_model_is_never_called_physical(healthy_estimate: pid.Estimate) -
 
 
 def test_diagnose_keeps_its_warnings(
-    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording], tmp_path: Path
+    healthy_estimate: pid.Estimate,
+    healthy_runs: list[pid.Recording],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(
+        "physident.diagnosis.search.forward_search.HANDFUL", 1
+    )  # what is found beside it does not matter
     wrong = [replace(run, effort=run.effort[:, SWAPPED]) for run in healthy_runs[2:3]]
     with pytest.warns(pid.PhysidentWarning, match="joints 2 and 3 are swapped"):
         found = pid.diagnose(healthy_estimate, wrong)

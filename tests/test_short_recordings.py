@@ -39,6 +39,11 @@ def estimate(ur5: pid.Robot) -> pid.Estimate:
     return pid.identify(ur5, [_recording(ur5, seed, 0.2) for seed in (1, 2)])
 
 
+@pytest.fixture(scope="module")
+def good(ur5: pid.Robot) -> pid.Recording:
+    return _recording(ur5, 3, 0.2)
+
+
 @settings(
     max_examples=15,
     deadline=None,
@@ -46,8 +51,10 @@ def estimate(ur5: pid.Robot) -> pid.Estimate:
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(length=st.floats(0.1, 5.0))
-def test_any_length_is_judged_or_refused_by_name(length: float, ur5: pid.Robot, estimate: pid.Estimate) -> None:
-    recording, good = brief(ur5, length), _recording(ur5, 3, 0.2)
+def test_any_length_is_judged_or_refused_by_name(
+    length: float, ur5: pid.Robot, estimate: pid.Estimate, good: pid.Recording
+) -> None:
+    recording = brief(ur5, length)
     for ask in (
         lambda: pid.diagnose(estimate, [recording]),
         lambda: pid.diagnose(estimate, [good, recording]),

@@ -11,7 +11,8 @@ import pytest
 import physident as pid
 from physident.effects.measurement import TorqueScale
 from physident.testing import check_effect
-from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.made_once import made_once
+from tests.plant import Arm, hide, multisine
 
 EVEN = np.full(6, 1.2)
 UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err alike
@@ -20,31 +21,50 @@ APART = np.array([1.15, 1.02, 1.1, 0.94, 1.02, 1.0])  # as gains that have nothi
 WARM = 0.86
 
 
-def recorded(arm: Arm, path: Path, seed: int, noise: int, scale: np.ndarray) -> pid.Recording:
+def payload(mass: float) -> Arm:
+    return hide(Arm(), "payload", (), mass)
+
+
+def warm() -> Arm:
+    cold = Arm().friction
+    return replace(Arm(), friction=replace(cold, coulomb=WARM * cold.coulomb, viscous=WARM * cold.viscous))
+
+
+ARMS = {
+    "plain": Arm(),
+    "1 kg": payload(1.0),
+    "2 kg": payload(2.0),
+    "warm": warm(),
+    "coupled": hide(Arm(), "coupled_friction", (5, 6), 1.0),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("scaled")
+
+
+def recorded(folder: Path, arm: str, seed: int, noise: int, scale: np.ndarray | float = 1.0) -> pid.Recording:
     """The recording of an arm, its measured torques scaled; dry friction turns as tests/plant has it, not as the estimator does."""
-    record(arm, multisine(seed), Sensors(), noise, step=2e-3).write_csv(path)
-    recording = pid.load_recording(path)
+    recording = made_once(folder / f"{arm}_{seed}_{noise}.csv", ARMS[arm], multisine(seed), noise)
     return replace(recording, effort=recording.effort * scale)
 
 
 @pytest.fixture(scope="module")
-def model(ur5: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> pid.Estimate:
-    folder = tmp_path_factory.mktemp("before")
-    return pid.identify(ur5, [recorded(Arm(), folder / f"{seed}.csv", seed, seed, np.ones(6)) for seed in (41, 42, 43)])
+def model(ur5: pid.Robot, folder: Path) -> pid.Estimate:
+    return pid.identify(ur5, [recorded(folder, "plain", seed, seed) for seed in (41, 42, 43)])
 
 
 def diagnosed(
-    model: pid.Estimate, arm: Arm, scale: np.ndarray, folder: Path, seeds: tuple[int, ...] = (51, 52)
+    model: pid.Estimate, folder: Path, arm: str, scale: np.ndarray | float = 1.0, seeds: tuple[int, ...] = (51, 52)
 ) -> pid.Diagnosis:
-    return pid.diagnose_motion(
-        model, [recorded(arm, folder / f"{seed}.csv", seed, seed + 100, scale) for seed in seeds]
-    )
+    return pid.diagnose_motion(model, [recorded(folder, arm, seed, seed + 100, scale) for seed in seeds])
 
 
 @pytest.mark.parametrize("seeds", [(51, 52), (41, 42)], ids=["other motions", "the same motions"])
 @pytest.mark.parametrize("scale", [EVEN, UNEVEN], ids=["even", "uneven"])
-def test_one_scale_is_named_with_the_share_of_each_joint(model, tmp_path, scale, seeds) -> None:
-    found = diagnosed(model, Arm(), scale, tmp_path, seeds)
+def test_one_scale_is_named_with_the_share_of_each_joint(model, folder, scale, seeds) -> None:
+    found = diagnosed(model, folder, "plain", scale, seeds)
     (cause,) = found.causes
     assert (cause.effect, cause.joints) == ("torque_scale", ())
     assert [v.joint for v in cause.parameters] == [1, 2, 3, 4, 5, 6]
@@ -52,29 +72,27 @@ def test_one_scale_is_named_with_the_share_of_each_joint(model, tmp_path, scale,
     assert "higher than the model's, as with drive gains" in cause.in_words
 
 
-def test_joints_that_are_scaled_alone_are_no_scale_of_all(model: pid.Estimate, tmp_path: Path) -> None:
-    found = diagnosed(model, Arm(), THREE, tmp_path)
+def test_joints_that_are_scaled_alone_are_no_scale_of_all(model: pid.Estimate, folder: Path) -> None:
+    found = diagnosed(model, folder, "plain", THREE)
     assert [(f.effect, f.joints) for f in found.causes] == [("torque_constant", (1, 2, 3))]
 
 
-def test_gains_that_have_nothing_in_common_are_no_scale_of_all(model: pid.Estimate, tmp_path: Path) -> None:
-    found = diagnosed(model, Arm(), APART, tmp_path)
+def test_gains_that_have_nothing_in_common_are_no_scale_of_all(model: pid.Estimate, folder: Path) -> None:
+    found = diagnosed(model, folder, "plain", APART)
     assert {f.effect for f in found.causes} == {"torque_constant"}
     assert {1, 3, 4} <= {joint for f in found.causes for joint in f.joints}
 
 
-def test_a_load_and_a_warmer_arm_are_found_beside_it(model: pid.Estimate, tmp_path: Path) -> None:
-    loaded = diagnosed(model, hide(Arm(), "payload", (), 1.0), EVEN, tmp_path)
+def test_a_load_and_a_warmer_arm_are_found_beside_it(model: pid.Estimate, folder: Path) -> None:
+    loaded = diagnosed(model, folder, "1 kg", EVEN)
     assert {f.effect for f in loaded.causes} == {"torque_scale", "payload"}
     mass = next(f for f in loaded.causes if f.effect == "payload").parameters[0]
     assert mass.value == pytest.approx(1.0, abs=0.05)
-    cold = Arm().friction
-    warm = replace(Arm(), friction=replace(cold, coulomb=WARM * cold.coulomb, viscous=WARM * cold.viscous))
-    assert {f.effect for f in diagnosed(model, warm, EVEN, tmp_path).causes} == {"torque_scale", "friction_level"}
+    assert {f.effect for f in diagnosed(model, folder, "warm", EVEN).causes} == {"torque_scale", "friction_level"}
 
 
-def test_a_load_is_no_scale(model: pid.Estimate, tmp_path: Path) -> None:
-    found = diagnosed(model, hide(Arm(), "payload", (), 2.0), np.ones(6), tmp_path)
+def test_a_load_is_no_scale(model: pid.Estimate, folder: Path) -> None:
+    found = diagnosed(model, folder, "2 kg")
     assert [f.effect for f in found.causes] == ["payload"]
 
 
@@ -94,16 +112,15 @@ def test_it_scales_what_the_drives_give(ur5: pid.Robot, model: pid.Estimate) -> 
     check_effect(TorqueScale(uneven_percent=2.0), ur5)
 
 
-def test_it_is_free_beside_free_masses(ur5: pid.Robot, tmp_path: Path) -> None:
-    one = recorded(Arm(), tmp_path / "one.csv", 41, 41, np.ones(6))
+def test_it_is_free_beside_free_masses(ur5: pid.Robot, folder: Path) -> None:
+    one = recorded(folder, "plain", 41, 41)
     with pytest.raises(pid.InputError, match="torque_scale beside rigid_body leaves the scale of all torques free"):
         pid.identify(ur5, one, effects=["rigid_body", "torque_scale"])
 
 
-def test_a_fit_that_frees_the_masses_has_no_scale_to_change(ur5: pid.Robot, tmp_path: Path) -> None:
+def test_a_fit_that_frees_the_masses_has_no_scale_to_change(ur5: pid.Robot, folder: Path) -> None:
     """Of a model whose own recordings are diagnosed, a scale shows what was found, scaled, and nothing else: it is no rival of it."""
-    arm = hide(Arm(), "coupled_friction", (5, 6), 1.0)
-    recordings = [recorded(arm, tmp_path / f"{seed}.csv", seed, seed, np.ones(6)) for seed in (41, 42)]
+    recordings = [recorded(folder, "coupled", seed, seed) for seed in (41, 42)]
     found = pid.diagnose_motion(pid.identify(ur5, recordings), recordings)
     (cause,) = found.causes
     assert (cause.effect, cause.joints, cause.rivals) == ("coupled_friction", (5, 6), ())

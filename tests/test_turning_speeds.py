@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,8 +43,24 @@ def once(problem: DiagnosisProblem) -> SearchResult:
 
 
 @pytest.fixture(scope="module")
-def again(problem: DiagnosisProblem) -> SearchResult:
-    return search_with_turning_speeds(problem)
+def diagnosed(runs: list[pid.Recording], problem: DiagnosisProblem) -> tuple[SearchResult, pid.Diagnosis]:
+    """A diagnosis, and the search in it that tries other speeds."""
+    found = []
+
+    def search(*given: Any) -> SearchResult:
+        found.append(search_with_turning_speeds(*given))
+        return found[-1]
+
+    assert isinstance(problem.given, pid.Estimate)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("physident.diagnosis.learned.search_and_learn.search_with_turning_speeds", search)
+        diagnosis = pid.diagnose_motion(problem.given, runs[:2])
+    return found[0], diagnosis
+
+
+@pytest.fixture(scope="module")
+def again(diagnosed: tuple[SearchResult, pid.Diagnosis]) -> SearchResult:
+    return diagnosed[0]
 
 
 def widths(found: SearchResult) -> np.ndarray:
@@ -68,12 +85,10 @@ def test_beside_what_was_found_friction_turns_faster_and_never_slower(once: Sear
 
 
 def test_the_extended_model_is_closer_to_a_run_that_it_never_saw(
-    runs: list[pid.Recording], again: SearchResult
+    runs: list[pid.Recording], problem: DiagnosisProblem, diagnosed: tuple[SearchResult, pid.Diagnosis]
 ) -> None:
-    default = again.last.hypothesis.problem.given
-    assert isinstance(default, pid.Estimate)
-    given = pid.identify(default.model.robot, runs[:2])
-    found = pid.diagnose_motion(given, runs[:2])
+    given, found = problem.given, diagnosed[1]
+    assert isinstance(given, pid.Estimate)
     assert found.estimate is not None
     gain = pid.validate(found.estimate, runs[2:]).relative_all / pid.validate(given, runs[2:]).relative_all
     assert np.max(gain) < 0.6

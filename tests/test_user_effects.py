@@ -18,6 +18,7 @@ from physident.effects.user.registration import add_entry_points
 from physident.identifiability.base_parameters import random_motion
 from physident.testing import check_effect
 from tests.conftest import ROOT
+from tests.loads import arm, record
 from tests.test_tutorial import close, compared, script
 
 PAGE = ROOT / "docs" / "tutorials" / "your-own-effect.md"
@@ -76,22 +77,23 @@ def test_its_exported_function_is_the_stated_law(own: Path, ur5: pid.Robot) -> N
     np.testing.assert_allclose(film, 2.5 * (v / 0.3) / (1 + (v / 0.3) ** 2), rtol=1e-6, atol=1e-8)
 
 
-def test_a_saved_model_asks_for_its_file_again(own: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(["demo"]) == 0
+def test_a_saved_model_asks_for_its_file_again(own: Path, ur5: pid.Robot, capfd: pytest.CaptureFixture[str]) -> None:
+    for seed in (1, 2):
+        record(arm(ur5), seed).to_pandas().to_csv(f"{seed}.csv", index=False)
     effects = f"rigid_body,rotor_inertia,viscous_friction,coulomb_friction,torque_offset,{NAME}"
     bring = ["--effects-from", "my_effects.py"]
-    typed = ["identify", "demo/before_1.csv", "--robot", "ur5", "--effects", effects, "--out", "model.json", *bring]
+    typed = ["identify", "1.csv", "--robot", "ur5", "--effects", effects, "--out", "model.json", *bring]
     assert run(typed) == 0
     assert NAME not in pid.CATALOGUE  # brought for one command alone
     capfd.readouterr()
-    validate = ["validate", "--model", "model.json", "demo/before_2.csv"]
+    validate = ["validate", "--model", "model.json", "2.csv"]
     assert run(validate) == 2
     error = capfd.readouterr().err
     assert error.count("\n") == 1
     assert "--effects-from my_effects.py" in error
     assert run([*validate, *bring]) == 0
     assert run(["export", "--model", "model.json", "--python", "arm.py", *bring]) == 0
-    assert run(["view", "demo/before_2.csv", "--model", "model.json", "--out", "own.rrd", *bring]) == 0
+    assert run(["view", "2.csv", "--model", "model.json", "--out", "own.rrd", *bring]) == 0
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -7,6 +7,7 @@ import pytest
 
 from physident.recordings.rests import Rests
 from physident.recordings.velocity_sign import expected_sign, velocity_sign
+from tests.exact_friction import STEEP, WIDTH, EstimatorsOwn
 
 
 @pytest.mark.parametrize("v", [-0.3, -0.004, 0.0, 0.001, 0.02])
@@ -61,3 +62,10 @@ def test_a_torque_of_one_instant_lies_within_the_spread() -> None:
     size = float(np.sqrt((spread[inside] ** 2).mean()))
     assert np.sqrt((error**2).mean()) <= size <= 2 * np.sqrt((error**2).mean())
     assert spread[np.abs(v) > 1.01 * half].max() < 1e-6
+
+
+@pytest.mark.parametrize("width", [0.002, WIDTH, 0.1])
+def test_recordings_of_exact_arms_have_the_same_sign(width: float) -> None:
+    u = np.concatenate([width * np.linspace(-9, 9, 1001), np.linspace(-3, 3, 1001)])
+    expected = expected_sign(u, np.zeros_like(u), STEEP * width)
+    np.testing.assert_array_equal(EstimatorsOwn(width=width).direction(u), expected)
