@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from physident.effects.measurement import TorqueOffset
 from physident.excitation.motion.point_to_point import PointToPoint
 from physident.simulation.controllers import PD, ComputedTorque
 from physident.simulation.integrate import integrate
+from physident.simulation.plant import Plant
 from physident.simulation.sensors import Sensors
 from physident.simulation.simulate import Simulation, simulate, simulate_many
 from tests.robots import TREE
@@ -177,3 +179,18 @@ def test_command_line(ur5, tmp_path, monkeypatch, capsys):
         assert text in error
         assert error.count("\n") == 1
     assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.json", "rec.csv", "sensors.json", "wild.json"]
+
+
+def test_a_heavy_slide_makes_the_gains_of_a_light_wrist_no_larger_than_a_simulation_can_follow(tmp_path: Path) -> None:
+    """A quill's kilograms are no measure of a wrist's kg m^2: damping that undoes a speed twice over in a millisecond shakes the arm."""
+    path = tmp_path / "tree.urdf"
+    path.write_text(TREE)
+    robot = pid.load_robot(path)
+    rotors = np.array([500.0, *np.full(robot.n - 1, 1e-4)])  # kg, kg m^2
+    heavy = pid.Model(robot, (RigidBody(), RotorInertia()), np.concatenate([robot.nominal, rotors]))
+    pose = np.zeros(robot.n)
+    gains, inertia = PD.of_bandwidth(heavy, pose), np.diag(Plant(heavy).inertia(pose))
+    assert inertia[0] / inertia[1:].min() > 1000
+    assert (1e-3 * np.array(gains.damping) / inertia < 2).all()
+    light = pid.Model(robot, heavy.effects, np.concatenate([robot.nominal, [1.0, *rotors[1:]]]))
+    np.testing.assert_allclose(PD.of_bandwidth(light, pose).damping[1:], gains.damping[1:])

@@ -109,6 +109,7 @@ def _scored(
     measured = drive_torque(model, held)
     kept = _simulated(estimate, signals, held, _controller(measured, held, gains), True, simulator)
     settled = round(SETTLING / held.step)
+    off = np.nan_to_num(np.abs(kept.q - held.q), nan=AWAY).max(axis=(1, 2))
     difference = kept.torque - measured
     difference = np.where(np.isfinite(difference), difference, measured)  # of a lost arm, all torque is an error
     difference = difference[:, settled:].transpose(0, 2, 1)
@@ -125,6 +126,7 @@ def _scored(
             robot, (held.q[:, settled:] + following).reshape(-1, robot.n), held.q[:, settled:].reshape(-1, robot.n)
         ),
         lost=lost,
+        lost_following=float((off >= AWAY).mean()),
         stated=(*(MujocoArm(model).exported.stated if simulator == "mujoco" else ()), *_not_simulated(model)),
     )
     return score, free

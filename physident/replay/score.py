@@ -19,7 +19,7 @@ class ReplayScore:
     After the horizon, under the measured torque: ``position`` (n,) [rad|m], ``velocity`` (n,) [rad/s|m/s] and ``tool`` [m].
     Along the recorded motion, held by the controller: ``torque`` (n,) [N m|N] that it adds to the measured one, after the
     model's filter, ``following`` (n,) [rad|m] and ``tool_following`` [m] against the measured motion. ``lost`` is the share of the
-    starts from which the arm is more than pi rad [m] away after the horizon, whose error counts as pi; all of the torque of a lost arm counts as error. ``stated`` lists what the simulator's
+    starts from which the arm is more than pi rad [m] away after the horizon, whose error counts as pi; all of the torque of a lost arm counts as error; ``lost_following`` is that share along the motion. ``stated`` lists what the simulator's
     file does not hold as the model does.
     """
 
@@ -30,6 +30,7 @@ class ReplayScore:
     following: Array
     tool_following: float
     lost: float
+    lost_following: float
     stated: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -93,7 +94,8 @@ class Replay:
         rows.append(f"tool, held by the controller: {tools} mm from the measured motion")
         limit = "pi rad, or pi m" if self.units else "pi rad"
         for head, score in zip(heads, scores, strict=True):
-            if score.lost:
-                rows.append(f"{head}: {100 * score.lost:.1f} % of the simulated arms ran away (more than {limit})")
+            for share, when in ((score.lost, ""), (score.lost_following, " along the motion, though held")):
+                if share:
+                    rows.append(f"{head}: {100 * share:.1f} % of the simulated arms ran away{when} (more than {limit})")
             rows += [f"{head}: {text}" for text in score.stated]
         return "\n".join([*rows, f"verdict: {self.verdict}"])

@@ -15,7 +15,10 @@ from physident.excitation.motion.motion import Motion
 from physident.simulation.plant import Instants, Plant
 
 Array = NDArray[np.float64]
-MIN_INERTIA = 0.05  # of the largest joint's, for the gains: the friction of a light wrist is not small
+MIN_INERTIA = (
+    0.05  # of the largest of joints that turn, or slide, for the gains: the friction of a light wrist is not small
+)
+MAX_INERTIA = 20.0  # times a joint's own, for the gains: damping of more would overshoot within a simulation's step of a millisecond
 BANDWIDTH = 8.0  # Hz
 
 
@@ -66,10 +69,13 @@ class PD(Controller):
     def of_bandwidth(model: Model, q: Array, frequency: float = BANDWIDTH, damping_ratio: float = 0.7) -> PD:
         """Gains for a natural frequency [Hz] with the inertia that each joint feels in position q (n,).
 
-        A joint lighter than a twentieth of the heaviest gets the gains of that twentieth.
+        A joint lighter than a twentieth of the heaviest that turns, or slides, as it does gets the gains of that twentieth, and at most
+        twenty times its own.
         """
         inertia = np.diag(Plant(model).inertia(np.asarray(q, dtype=float)))
-        inertia = np.maximum(inertia, MIN_INERTIA * inertia.max())
+        kinds = np.array([joint.kind for joint in model.robot.joints])
+        heaviest = np.array([inertia[kinds == kind].max() for kind in kinds])
+        inertia = np.clip(inertia, MIN_INERTIA * heaviest, MAX_INERTIA * inertia)
         omega = 2 * math.pi * frequency
         return PD(tuple(omega**2 * inertia), tuple(2 * damping_ratio * omega * inertia))
 
