@@ -20,7 +20,7 @@ from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
 from physident.estimation.identify import prepare_all
-from tests.serial_arms import ARMS, urdf
+from tests.serial_arms import ARMS, Joint, urdf
 
 Key = tuple[str, tuple[int, ...]]
 
@@ -130,3 +130,33 @@ def test_no_motion_is_designed_for_what_none_can_separate() -> None:
     assert other_rival("joint_zero_offset", rivals[:1]) is None
     keys = [(("torque_offset", (1,)), True), (("torque_offset", (2,)), False), (("gravity_tilt", ()), True)]
     assert _joined(keys) == (Rival("torque_offset", (1, 2)), Rival("gravity_tilt", (), inseparable=True))
+
+
+def test_friction_that_grows_with_a_load_that_is_always_the_same_is_coulomb_friction(tmp_path: Path) -> None:
+    """A slide that carries a weight up and down, slowly: the model has its Coulomb friction, of which there is now more."""
+    text = urdf((Joint("0 0 1", mass=4.0, kind="prismatic"), Joint("0 1 0", mass=2.0)))
+    path = tmp_path / "lift.urdf"
+    path.write_text(text)
+    robot, model = pid.load_robot(path), pin.buildModelFromXML(text)
+    time = np.arange(0.0, 30.0, 0.008)
+    runs = []
+    for seed, level in ((1, 3.0), (2, 3.0), (3, 5.0)):
+        rng = np.random.default_rng(seed)
+        omega, phase = rng.uniform(0.4, 1.5, (3, 2)), rng.uniform(0, 2 * np.pi, (3, 2))
+        angle = time[:, None, None] * omega + phase
+        q, v, a = (
+            0.1 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle))
+        )
+        data = model.createData()
+        tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+        tau += 2.0 * v + np.array([level, 0.3]) * np.sign(v) + 0.2 * rng.standard_normal(tau.shape)
+        runs.append(pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{seed}"))
+    estimate = pid.identify(robot, runs[:2])
+    signals = prepare_all(robot, runs[2:], estimate.filter)
+    opened = settled_hypothesis(state_problem("different", estimate, signals, estimate.filter, 0), ())
+    state = accepted(opened, ("load_dependent_friction", (1,)))
+    simpler, stands_for = by_simpler(state)
+    assert [one.candidate.key for one in simpler] == [("coulomb_friction", (1,))]
+    assert stands_for == {("coulomb_friction", (1,)): ("load_dependent_friction", (1,))}
+    turning = accepted(opened, ("load_dependent_friction", (2,)))  # whose load changes with every acceleration
+    assert by_simpler(turning)[1] == {}

@@ -109,11 +109,11 @@ def _is_multiple(one: Array, other: Array) -> bool:
 
 
 def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict[Key, Key]]:
-    """The accepted effects, each that makes nearly the torque of one of its family with fewer numbers on any motion replaced by that
+    """The accepted effects, each that makes nearly the torque of a simpler one of its family on any motion replaced by that
     one; and which one stands for which.
 
     At reversals an effect that follows the distance fits better than the same friction by the sign of a velocity that is known with
-    noise: presliding over no distance is Coulomb friction.
+    noise: presliding over no distance is Coulomb friction. So is friction that grows with a load that is always the same.
     """
     same, taken = same_torque(hypothesis), {a.candidate.key for a in hypothesis.accepted}
     result, stands_for = [], dict[Key, Key]()
@@ -122,8 +122,8 @@ def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict
             c
             for c in same.get(one.candidate.key, ())
             if c.joints == one.candidate.joints
-            and c.size < one.candidate.size
             and c.key not in taken
+            and _is_simpler(hypothesis.problem, c, one.candidate)
             and (effect := c.options[0].effect) is not None
             and effect.family is one.effect.family
         ]
@@ -137,6 +137,13 @@ def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict
         taken.add(chosen.key)
         stands_for[chosen.key] = one.candidate.key
     return tuple(result), stands_for
+
+
+def _is_simpler(problem: DiagnosisProblem, candidate: Candidate, than: Candidate) -> bool:
+    """Whether a candidate has fewer numbers, or as many and changes what the model has, where the other one would appear anew."""
+    present = {(e.name, (j + 1,)) for e in problem.model.effects for j in e.active(problem.model.robot)}
+    changes = candidate.key in present and than.key not in present
+    return candidate.size < than.size or (candidate.size == than.size and changes)
 
 
 def random_motion(problem: DiagnosisProblem) -> Signals:
