@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 import physident as pid
-from physident.diagnosis.result.wording import RESIDUAL_IN_WORDS, headline
 from physident.graphics import style
 from physident.validation.comparison import Pair, predict_pair
 
@@ -33,8 +32,8 @@ def main() -> None:
     found = pid.diagnose_motion(pid.identify(robot, runs), runs, holdout=[unseen])
     after = None if found.estimate is None else found.estimate.model
     pair = predict_pair(found.model, after, [unseen], found.filter, found.drive_gains)
-    title = f"UR10e, a run that nobody fitted. {headline(found.question, found.verdict, found.findings)}"
-    draw(pair, robot, f"{title} {RESIDUAL_IN_WORDS[found.verdict]}")
+    title = f"UR10e, a run that nobody fitted. {found.headline}"
+    draw(pair, robot, f"{title} {found.remainder}")
     print(found)
     print(f"written: {PICTURE.relative_to(ROOT)}")
 

@@ -235,7 +235,7 @@ def test_names_cannot_become_markup(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("verdict", "head", "lead"),
     [
-        ("nothing_missing", "Nothing is missing from the model", "the residual is noise"),
+        ("nothing_missing", "Nothing is missing from the model", "the remaining residual is noise"),
         (
             "unexplained",
             "These recordings prove nothing that is missing from the model, and do not",

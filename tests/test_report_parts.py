@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from physident.diagnosis.result.wording import headline, in_words, listed, numbered, residual_in_words
+from physident.diagnosis.result.wording import headline, in_words, listed, numbered, remainder_sentence
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
@@ -120,17 +120,29 @@ def test_joints_and_effects_read_as_sentences() -> None:
 def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     """Only where no finding is a cause; what is doubted is never said there."""
     findings: Any = (
-        SimpleNamespace(effect=effect, joints=joints, grade=grade, intervals=())
-        for effect, joints, grade in (
-            ("time_delay", (), "contribution"),
-            ("payload", (), "hint"),
-            ("joint_spring", (2,), "cause"),
+        SimpleNamespace(effect=effect, joints=joints, grade=grade, intervals=(), rivals=rivals)
+        for effect, joints, grade, rivals in (
+            ("time_delay", (), "contribution", [SimpleNamespace(effect="payload", joints=())]),
+            ("payload", (), "hint", ()),
+            ("joint_spring", (2,), "cause", ()),
         )
     )
     part, doubted, found = findings
     said = headline("missing", "unexplained", [part, doubted])
-    assert said == "Nothing that makes most of the error is missing from the model; a part of it is proved: time delay."
+    assert said == (
+        "What was found missing from the model explains too little of the error to be called a cause: time delay or payload."
+    )
     assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
     assert "time delay" not in headline("missing", "explained", [part, found])
-    assert "No effect" not in residual_in_words("nothing_missing", [part])
-    assert "No effect" in residual_in_words("nothing_missing", [doubted])
+
+
+def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
+    part: Any = SimpleNamespace(grade="contribution")
+    plain, old, compared = (
+        remainder_sentence("nothing_missing", (), *how) for how in ((False, False), (True, False), (False, True))
+    )
+    assert plain == "No effect of the catalogue beats chance, and the remaining residual is noise."
+    assert "lacked before" in old
+    assert "comparison" in compared
+    assert remainder_sentence("nothing_missing", [part], old=True, compared=False) == "The remaining residual is noise."
+    assert "comparison" in remainder_sentence("explained", (), old=False, compared=True)

@@ -108,7 +108,7 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: Searched, judged:
         asked.comparison if asked.comparison.compared else None,
     )  # fmt: skip
     changed = asked.estimate if asked.question == "different" else None
-    refuted = refutes(changed, error_before, error_after) if changed and extended else ""
+    refuted = refutes(changed, error_before, error_after, bool(holdout)) if changed and extended else ""
     if refuted:
         warn(refuted)
         judged, extended = as_hints(judged), None

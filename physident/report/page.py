@@ -9,7 +9,6 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.saved import read_diagnosis
-from physident.diagnosis.result.wording import headline
 from physident.files import VERSION, write_text
 from physident.outputs import check_target
 from physident.report.markup import tag
@@ -50,7 +49,7 @@ def report_html(diagnosis: Diagnosis | str | Path, command: str = "") -> str:
         tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
         tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
         tag("meta", name="generator", content=f"physident {VERSION}"),
-        tag("title", headline(c.asked, c.verdict, c.findings)),
+        tag("title", c.headline),
         tag("style", Markup(STYLE)),
     )
     sections = [

@@ -8,7 +8,7 @@ from typing import Any
 
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.text import diagnosis_text
-from physident.diagnosis.result.wording import headline, numbered, residual_in_words
+from physident.diagnosis.result.wording import numbered
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.files import write_json
@@ -100,5 +100,4 @@ class Diagnosis(DiagnosisRecord):
             )
             for f in self.findings
         ]
-        title = headline(self.asked, self.verdict, self.findings)
-        return results_html(title, head, rows, residual_in_words(self.verdict, self.findings))
+        return results_html(self.headline, head, rows, self.remainder)

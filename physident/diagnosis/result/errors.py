@@ -51,16 +51,20 @@ def errors_before_and_after(
     return JointErrors(gain.before.rms, gain.before.relative_all), JointErrors(gain.after.rms, gain.after.relative_all)
 
 
-def refutes(given: Estimate, before: JointErrors, after: JointErrors) -> str:
+def refutes(given: Estimate, before: JointErrors, after: JointErrors, unseen: bool = False) -> str:
     """Why an extended model cannot be handed on: it errs by far more than the ``given`` one, pooled over the joints in units of what that
-    left on its own recordings; empty where it does not."""
+    left on its own recordings; empty where it does not. Errors on an ``unseen`` holdout may also be those of an arm that had not changed yet.
+    """
     size = np.maximum(given.sigma, 1e-300)
     times = float(np.linalg.norm(after.rms / size) / max(np.linalg.norm(before.rms / size), 1e-300))
     if times < FAR:
         return ""
+    either, holdout = (
+        ("either the holdout was recorded before the change, or ", "a holdout from after it, ") if unseen else ("", "")
+    )
     return (
-        f"the extended model errs {times:.1f} times as much as the model, so it is not handed on: the model does not describe the arm"
-        " of the recordings from before; give the model of that arm, or its recordings as --before"
+        f"the extended model errs {times:.1f} times as much as the model, so it is not handed on: {either}the model does not describe the arm"
+        f" of the recordings from before; give {holdout}the model of that arm, or its recordings as --before"
     )
 
 

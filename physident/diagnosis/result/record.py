@@ -14,7 +14,7 @@ from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_f
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.wording import Asked
+from physident.diagnosis.result.wording import Asked, headline, remainder_sentence
 from physident.dynamics.model import Model
 from physident.files import VERSION
 from physident.recordings.signals import Filter
@@ -88,6 +88,21 @@ class DiagnosisRecord:
         """The question, and whether recordings from before were given to hold a change against."""
         given = any(used.role == "before" for used in self.recordings)
         return "different_from_before" if given and self.question == "different" else self.question
+
+    @property
+    def compared(self) -> bool:
+        """Whether every diagnosed recording repeats a motion from before, whose error was taken off."""
+        return all(used.repeats is not None for used in self.recordings if used.role == "diagnosed")
+
+    @property
+    def headline(self) -> str:
+        """The answer in one sentence."""
+        return headline(self.asked, self.verdict, self.findings)
+
+    @property
+    def remainder(self) -> str:
+        """What is left beside what was found, in one sentence."""
+        return remainder_sentence(self.verdict, self.findings, bool(self.missing_since_before), self.compared)
 
     @property
     def causes(self) -> tuple[Finding, ...]:

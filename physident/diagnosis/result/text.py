@@ -24,12 +24,6 @@ ASKED = {
     "different_from_before": "what is different from the recordings from before",
     "nominal": "what the nominal model gets wrong",
 }
-ANSWERED = {
-    "explained": "explained: the remaining residual is noise",
-    "partly_explained": "partly explained: some structure in the residual matches no effect of the catalogue",
-    "nothing_missing": "nothing is missing: no effect of the catalogue beats chance, and the residual is noise",
-    "unexplained": "unexplained: the residual has structure that no effect of the catalogue predicts on unseen data",
-}
 WIDTH = 100  # characters of a line
 SHOWN = 8  # findings; the JSON has all
 VALUES = 3  # of a finding
@@ -70,19 +64,24 @@ def wrapped(row: str) -> list[str]:
 
 
 def _verdict(d: DiagnosisRecord) -> str:
-    if d.verdict == "nothing_missing" and parts_of(d.findings):
-        return "nothing more is missing: the remaining residual is noise"
-    return ANSWERED[d.verdict]
+    name = d.verdict.replace("_", " ")
+    if d.verdict == "nothing_missing":
+        name = "nothing has changed" if d.question == "different" else "nothing is missing"
+    return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}"
 
 
 def _answer(d: DiagnosisRecord) -> str:
     if parts := parts_of(d.findings):
-        return f"nothing that makes most of the error; a part of it is proved: {_all_named(parts)}"
+        return f"too little of the error to be called a cause is explained by {_all_named(parts)}"
     return _all_named(d.causes) or "nothing that these recordings can prove"
 
 
 def _all_named(findings: Sequence[Finding]) -> str:
-    return "; ".join(_named(f.effect, f.joints) for f in findings[:SHOWN])
+    """The first of some findings, those that are less than causes with what they could also be."""
+    return "; ".join(
+        " or ".join(_named(one.effect, one.joints) for one in (f, *(f.rivals if f.grade != "cause" else ())))
+        for f in findings[:SHOWN]
+    )
 
 
 def _minor(d: DiagnosisRecord) -> list[str]:

@@ -22,12 +22,6 @@ NOT_FOUND: dict[Asked, str] = {
     "different_from_before": "different from the recordings from before",
     "nominal": "wrong with the nominal model",
 }
-RESIDUAL_IN_WORDS: dict[Verdict, str] = {
-    "explained": "The remaining residual is noise.",
-    "partly_explained": "Some structure in the residual matches no effect of the catalogue.",
-    "nothing_missing": "No effect of the catalogue beats chance, and the residual is noise.",
-    "unexplained": "The residual has structure that no effect of the catalogue predicts on unseen data.",
-}
 INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
@@ -113,9 +107,19 @@ def listed(items: Sequence[object]) -> str:
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
 
 
-def residual_in_words(verdict: Verdict, findings: Sequence[Finding]) -> str:
-    """What is left beside the ``findings``, in one sentence."""
-    return RESIDUAL_IN_WORDS["explained" if verdict == "nothing_missing" and parts_of(findings) else verdict]
+def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool, compared: bool) -> str:
+    """What is left beside the ``findings``: of a comparison with motions from before, where all recordings are ``compared``, and beside what
+    the model always lacked, where an ``old`` finding was told apart."""
+    left = "What is left of the comparison with motions from before" if compared else "The remaining residual"
+    if verdict == "partly_explained":
+        return "Some structure in the residual matches no effect of the catalogue."
+    if verdict == "unexplained":
+        return "The residual has structure that no effect of the catalogue predicts on unseen data."
+    if verdict == "explained" or parts_of(findings):
+        return f"{left} is noise."
+    if old:
+        return "No change beats chance, and beside what the model lacked before the residual is noise."
+    return f"No {'change' if compared else 'effect of the catalogue'} beats chance, and {left[0].lower()}{left[1:]} is noise."
 
 
 def parts_of(findings: Sequence[Finding]) -> list[Finding]:
@@ -130,8 +134,10 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
     if causes:
         return " ".join([*_properties_sentence(asked, causes), *_contacts_sentence(causes)])
     if parts := parts_of(findings):
-        proved = _few([cause(f.effect, f.joints) for f in parts])
-        return f"Nothing that makes most of the error is {NOT_FOUND[asked]}; a part of it is proved: {proved}."
+        named = [" or ".join(cause(one.effect, one.joints) for one in (f, *f.rivals)) for f in parts]
+        return (
+            f"What was found {NOT_FOUND[asked]} explains too little of the error to be called a cause: {_few(named)}."
+        )
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."

@@ -9,7 +9,6 @@ from typing import Any
 
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.findings import CurveBand
-from physident.diagnosis.result.wording import headline, residual_in_words
 from physident.graphics import style
 from physident.graphics.figures.draw import draw_residuals
 from physident.recordings.recording import Recording
@@ -60,7 +59,7 @@ def plot_diagnosis(d: Diagnosis, recordings: Sequence[Recording], path: str | Pa
     after = None if d.estimate is None else d.estimate.model
     pair = predict_pair(d.model, after, recordings, d.filter, d.drive_gains)
     bands = contact_bands(after, pair.before, recordings)
-    head = f"{headline(d.asked, d.verdict, d.findings)} {residual_in_words(d.verdict, d.findings)}"
+    head = f"{d.headline} {d.remainder}"
     curves = [curve for finding in d.findings if finding.grade != "hint" for curve in finding.curves]
     plot_residuals(pair, d.model.robot, path, head, bands, curves=curves)
 

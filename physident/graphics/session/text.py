@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, headline, in_words, listed, residual_in_words, trust_in_words
+from physident.diagnosis.result.wording import cause, in_words, listed, trust_in_words
 from physident.effects.catalogue import effect_label
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
@@ -39,7 +39,7 @@ def summary(data: SessionData, robot: Robot, c: DiagnosisRecord | None) -> str:
 
 def findings(c: DiagnosisRecord) -> str:
     """Markdown: the verdict, each finding with its numbers, rivals and advice, unexplained structure, unseen effects."""
-    lines = [f"# {headline(c.asked, c.verdict, c.findings)}", "", residual_in_words(c.verdict, c.findings), ""]
+    lines = [f"# {c.headline}", "", c.remainder, ""]
     for number, finding in enumerate(c.findings, 1):
         lines += _finding(number, finding)
         if command := c.command(finding):

@@ -11,10 +11,8 @@ from markupsafe import Markup
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     cause,
-    headline,
     listed,
     parts_of,
-    residual_in_words,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
@@ -22,7 +20,7 @@ from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
 from physident.report.reread import Reread
 from physident.report.sections.arm import arm_picture
-from physident.report.sections.practice import WITHOUT_CAUSE, practice
+from physident.report.sections.practice import OLD, UNCHANGED, WITHOUT_CAUSE, practice
 
 MARKS = {
     "explained": "explained",
@@ -43,9 +41,9 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
     text = tag(
         "div",
         tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
-        tag("h1", headline(c.asked, c.verdict, c.findings)),
+        tag("h1", c.headline),
         *_practice(c),
-        tag("p", *_gains(c), residual_in_words(c.verdict, c.findings), class_="lead"),
+        tag("p", *_gains(c), c.remainder, class_="lead"),
         *_cautions(c),
     )
     return tag("header", text, arm_picture(c, recordings))
@@ -54,6 +52,8 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
 def _practice(c: DiagnosisRecord) -> list[Markup]:
     """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
     if not c.causes:
+        if c.verdict == "nothing_missing" and c.question == "different":
+            return [tag("p", UNCHANGED, OLD if c.missing_since_before else "", class_="practice")]
         partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
         return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
     items = [

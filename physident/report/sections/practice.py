@@ -5,6 +5,8 @@ from __future__ import annotations
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Family
 
+UNCHANGED = "Nothing that these recordings show has changed on the arm: nothing needs to be done."
+OLD = " What the model lacks, it lacked before: ask what is missing from it, with its own recordings."
 WITHOUT_CAUSE = {
     "nothing_missing": "The model is as good as the measurement: nothing needs to be done.",
     "explained": "The model is as good as the measurement: nothing needs to be done.",
