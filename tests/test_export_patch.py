@@ -50,7 +50,7 @@ USER = """<!-- my arm: größer -->
 
 def written_out(text: str) -> list[str]:
     """Words of a text outside of the values that a patch may replace."""
-    text = re.sub(r'\s(damping|frictionloss|armature)=("[^"]*"|\'[^\']*\')', "", text)
+    text = re.sub(r'\s(damping|frictionloss|armature|sol(imp|ref)friction)=("[^"]*"|\'[^\']*\')', "", text)
     return [line for line in re.sub(r"<inertial[^>]*/>", "", text).splitlines() if line.strip()]
 
 
@@ -78,6 +78,23 @@ def test_a_patch_changes_values_only_and_fits_any_frames(user: Path) -> None:
     patch_mjcf(model, user)
     again = inverse_dynamics(mujoco.MjModel.from_xml_path(str(user)), states, model.robot.joint_names)
     np.testing.assert_allclose(again, found, atol=1e-9 * np.abs(found).max())
+
+
+def test_dry_friction_of_a_patched_file_is_the_models_and_not_that_of_a_soft_constraint(user: Path) -> None:
+    """A joint that moves slowly is held back by all of it, unless the file states how soft that joint's friction is: these are MuJoCo's defaults."""
+    model = physical_model(lumped(), seed=3)
+    held = {}
+    for name, own in (("stiff", ""), ("soft", " solreffriction='0.02 1' solimpfriction='0.9 0.95 0.001 0.5 2'")):
+        path = user.with_name(f"{name}.xml")
+        path.write_text(USER.replace("frictionloss='7'", f"frictionloss='7'{own}"), encoding="utf-8")
+        patch_mjcf(model, path)
+        compiled = mujoco.MjModel.from_xml_path(str(path))
+        data = mujoco.MjData(compiled)
+        data.qvel[:] = 0.001
+        mujoco.mj_inverse(compiled, data)
+        held[name] = -data.qfrc_constraint / compiled.dof_frictionloss
+    np.testing.assert_allclose(held["stiff"], 1.0, rtol=1e-3)
+    assert held["soft"][1] < 0.9
 
 
 def test_a_patch_writes_gravity_and_shared_motors(user: Path) -> None:

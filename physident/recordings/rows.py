@@ -145,7 +145,7 @@ def _refuse_degrees(q: Array, source: str) -> None:
         joint = int(np.argmax(np.median(some, axis=0))) + 1
         value = np.median(some[:, joint - 1])
         raise InputError(
-            f"{source}: positions beyond 4 pi rad (joint {joint}: typically {value:.4g}); expected radians of the joints: convert degrees, or divide the positions of motors by their gear ratios"
+            f"{source}: positions beyond 4 pi (joint {joint}: typically {value:.4g}); expected radians of the joints, metres of those that slide: convert degrees or millimetres, or divide the positions of motors by their gear ratios"
         )
 
 

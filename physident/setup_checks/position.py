@@ -40,7 +40,7 @@ def check_positions(rows: Rows, moments: Moments, unit: bool) -> SetupFinding | 
         return None
     j = joints[0] - 1
     low, high = rows.q[:, j].min(), rows.q[:, j].max()
-    evidence = f"joint {j + 1} is recorded from {low:.3g} to {high:.3g} rad and described from {robot.lower[j]:.3g} to {robot.upper[j]:.3g}"
+    evidence = f"joint {j + 1} is recorded from {low:.3g} to {high:.3g} {robot.joints[j].unit('rad')} and described from {robot.lower[j]:.3g} to {robot.upper[j]:.3g}"
     if factor is not None and 1 / NEAR < factor / DEGREES < NEAR:
         kind, what = "position_degrees", "the positions are in degrees; convert them to radians"
     elif factor is not None:

@@ -142,7 +142,12 @@ def _edits(text: str, model: Model, values: MjcfValues, found: Match, places: di
         place, settings = places[name], dict(values.joints[j])
         if values.armature is not None:
             settings["armature"] = values.armature[j]
-        edits += _attributes(data, place.joint, {key: numbers([value]) for key, value in settings.items()})
+        texts = {key: numbers([value]) for key, value in settings.items()}
+        if settings.get(
+            "frictionloss"
+        ):  # MuJoCo's own constraint is so soft that a joint creeps where dry friction holds it
+            texts |= {key: value for key, value in STIFF.items() if key not in place.joint.attributes}
+        edits += _attributes(data, place.joint, texts)
         into = np.linalg.inv(found.frames[j])
         phi = link_parameters(into @ pseudo_inertia(values.links[j]) @ into.T)
         edits += child_edits(data, place.body, "inertial", element("inertial", inertial(phi)))
