@@ -20,5 +20,5 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
             found[problem.question] = search_and_learn(problem, progress)
         return found[problem.question]
 
-    for module in ("diagnose", "grading.completed"):
+    for module in ("searched", "grading.completed"):
         monkeypatch.setattr(f"physident.diagnosis.{module}.search_and_learn", search)

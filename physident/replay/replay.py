@@ -74,7 +74,7 @@ def replay(
     windows = cut_windows(signals, horizon, every)
     length = SETTLING + HELD_PERIODS / before.filter.cutoff
     held = cut_windows(signals, length, length / 2)
-    gains = PD.of_bandwidth(before.model, windows.q[:, 0].mean(axis=0))
+    gains = PD.of_bandwidth(before.model, windows.q[:, 0].mean(axis=0), step=STEP)
     scores, traces = [], []
     for estimate in [before] if after is None else [before, after]:
         score, trace = _scored(estimate, signals, windows, held, gains, simulator)

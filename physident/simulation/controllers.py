@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 MIN_INERTIA = (
     0.05  # of the largest of joints that turn, or slide, for the gains: the friction of a light wrist is not small
 )
-MAX_INERTIA = 20.0  # times a joint's own, for the gains: damping of more would overshoot within a simulation's step of a millisecond
+STABLE = (
+    1.5  # times inertia over a step, the largest damping: twice would turn a speed around in every step of a simulation
+)
 BANDWIDTH = 8.0  # Hz
 
 
@@ -66,17 +68,20 @@ class PD(Controller):
                 )
 
     @staticmethod
-    def of_bandwidth(model: Model, q: Array, frequency: float = BANDWIDTH, damping_ratio: float = 0.7) -> PD:
+    def of_bandwidth(
+        model: Model, q: Array, frequency: float = BANDWIDTH, damping_ratio: float = 0.7, step: float = 0.0
+    ) -> PD:
         """Gains for a natural frequency [Hz] with the inertia that each joint feels in position q (n,).
 
-        A joint lighter than a twentieth of the heaviest that turns, or slides, as it does gets the gains of that twentieth, and at most
-        twenty times its own.
+        A joint lighter than a twentieth of the heaviest that turns, or slides, as it does gets the gains of that twentieth, but no more
+        damping than a simulation of explicit ``step`` [s] can take; zero is one of another kind.
         """
         inertia = np.diag(Plant(model).inertia(np.asarray(q, dtype=float)))
         kinds = np.array([joint.kind for joint in model.robot.joints])
         heaviest = np.array([inertia[kinds == kind].max() for kind in kinds])
-        inertia = np.clip(inertia, MIN_INERTIA * heaviest, MAX_INERTIA * inertia)
         omega = 2 * math.pi * frequency
+        most = inertia * STABLE / (2 * damping_ratio * omega * step) if step > 0 and damping_ratio > 0 else np.inf
+        inertia = np.minimum(np.maximum(inertia, MIN_INERTIA * heaviest), most)
         return PD(tuple(omega**2 * inertia), tuple(2 * damping_ratio * omega * inertia))
 
     def law(self, plant: Plant, motion: Motion) -> Law:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.effects.contact import PIECE
+
 Array = NDArray[np.float64]
-STEP = 0.5  # s: of where a burst may begin and end
 SHORT = 0.1  # of all rows, at most
 MUCH = 1 / 3  # of the power, at least
 CERTAIN = 0.01  # how often noise of one size has a burst somewhere
@@ -59,7 +60,7 @@ def _likeliest(residual: Array, time: Array, rows: NDArray[np.intp], name: str) 
     """The run of half seconds in a recording's ``rows`` whose variance is the most likely to be another, larger one, and how likely it is:
     the logarithm of the likelihood of two variances over that of one, a row's share of it."""
     total, best = max(float(residual @ residual), 1e-300), None
-    bins = (time[rows] / STEP).astype(np.intp)
+    bins = (time[rows] / PIECE).astype(np.intp)
     parts, powers = (
         np.concatenate([[0.0], np.cumsum(np.bincount(bins, weights))])
         for weights in (np.full(len(rows), 1 / len(residual)), residual[rows] ** 2 / total)
@@ -73,8 +74,8 @@ def _likeliest(residual: Array, time: Array, rows: NDArray[np.intp], name: str) 
         likely = -p * np.log(s / p) - (1 - p) * np.log((1 - s) / (1 - p))
         if len(likely) and (best is None or likely.max() > best[0]):
             at = int(np.argmax(likely))
-            start = STEP * float(places[at])
-            end = min(start + STEP * length, float(time[rows[-1]]))
+            start = PIECE * float(places[at])
+            end = min(start + PIECE * length, float(time[rows[-1]]))
             best = (
                 float(likely[at]),
                 Burst(recording=name, start=start, end=end, share=float(s[at]), of_time=float(p[at])),
