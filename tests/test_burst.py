@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
-from physident.diagnosis.remainder.burst import burst_of
+from physident.diagnosis.remainder.burst import Burst, burst_of
+from physident.diagnosis.remainder.unexplained import Unexplained
+from physident.json_records import RecordReader
 
 RATE, DURATION = 20.0, 30.0  # Hz, s of each of two recordings
 NAMES = ("first.csv", "second.csv")
@@ -59,3 +64,13 @@ def test_the_larger_of_two_bursts_is_told_and_a_lesser_share_is_not() -> None:
     assert (found.recording, round(found.start), round(found.end)) == ("first.csv", 3, 5)
     faint = noise(3) * np.where(large, 2.0, 1.0)  # a tenth of the power
     assert burst_of(faint, time, recording, NAMES, len(time) / REMEMBERED) is None
+
+
+def test_a_burst_is_written_and_read_back() -> None:
+    burst = Burst(recording="now.csv", start=9.5, end=12.0, share=0.49, of_time=0.07)
+    numbers = dict.fromkeys(
+        [f.name for f in fields(Unexplained) if f.name not in ("joint", "predictable", "burst")], 0.5
+    )
+    one = Unexplained(joint=2, **numbers, burst=burst)
+    assert RecordReader("again").read(Unexplained, json.loads(json.dumps(one.as_dict())), "unexplained") == one
+    assert "49 % of it lies between 9.5 and 12.0 s of now.csv" in one.description

@@ -132,6 +132,8 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     assert said == (
         "What was found missing from the model explains too little of the error to be called a cause: time delay or payload."
     )
+    part.rivals.extend([SimpleNamespace(effect="joint_spring", joints=(j,)) for j in (1, 2)])
+    assert headline("missing", "unexplained", [part]).endswith("time delay or payload or others.")
     assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
     assert "time delay" not in headline("missing", "explained", [part, found])
 

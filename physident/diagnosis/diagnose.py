@@ -10,10 +10,7 @@ from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.judged import Judged, as_hints, judge
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.remainder.unexplained import (
-    above_noise_floor,
-    incomplete_joints,
-)
+from physident.diagnosis.remainder.unexplained import above_noise_floor, incomplete_joints
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import beyond_noise, errors_before_and_after, refutes
 from physident.diagnosis.result.extended_estimate import extended_estimate

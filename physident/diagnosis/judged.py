@@ -16,10 +16,7 @@ from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
-from physident.diagnosis.remainder.unexplained import (
-    Unexplained,
-    describe_unexplained,
-)
+from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate

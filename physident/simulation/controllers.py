@@ -69,18 +69,18 @@ class PD(Controller):
 
     @staticmethod
     def of_bandwidth(
-        model: Model, q: Array, frequency: float = BANDWIDTH, damping_ratio: float = 0.7, step: float = 0.0
+        model: Model, q: Array, frequency: float = BANDWIDTH, damping_ratio: float = 0.7, step: float | None = None
     ) -> PD:
         """Gains for a natural frequency [Hz] with the inertia that each joint feels in position q (n,).
 
         A joint lighter than a twentieth of the heaviest that turns, or slides, as it does gets the gains of that twentieth, but no more
-        damping than a simulation of explicit ``step`` [s] can take; zero is one of another kind.
+        damping than a simulation can take whose explicit ``step`` [s] is given.
         """
         inertia = np.diag(Plant(model).inertia(np.asarray(q, dtype=float)))
         kinds = np.array([joint.kind for joint in model.robot.joints])
         heaviest = np.array([inertia[kinds == kind].max() for kind in kinds])
         omega = 2 * math.pi * frequency
-        most = inertia * STABLE / (2 * damping_ratio * omega * step) if step > 0 and damping_ratio > 0 else np.inf
+        most = inertia * STABLE / (2 * damping_ratio * omega * step) if step and damping_ratio else np.inf
         inertia = np.minimum(np.maximum(inertia, MIN_INERTIA * heaviest), most)
         return PD(tuple(omega**2 * inertia), tuple(2 * damping_ratio * omega * inertia))
 

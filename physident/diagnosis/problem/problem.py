@@ -98,14 +98,18 @@ class DiagnosisProblem:
         return is_friction and self.resting_joints.issuperset(candidate.joints or range(1, self.model.robot.n + 1))
 
     @cached_property
+    def present(self) -> frozenset[tuple[str, tuple[int, ...]]]:
+        """The effects that the model has, by their name and the joint (from 1) they act on."""
+        return frozenset((e.name, (j + 1,)) for e in self.model.effects for j in e.active(self.model.robot))
+
+    @cached_property
     def missing_default_effects(self) -> tuple[AcceptedEffect, ...]:
         """Default effects, such as friction, that the model does not have."""
-        present = {(e.name, j + 1) for e in self.model.effects for j in e.active(self.model.robot)}
         return tuple(
             AcceptedEffect(c, c.options[0].effect)
             for c in self.candidates
             if c.name in DEFAULT_EFFECTS
-            and (c.name, c.joints[0]) not in present
+            and c.key not in self.present
             and not self.is_friction_of_resting_joint(c)
             and c.options[0].effect is not None
         )

@@ -10,6 +10,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    one_of,
     parts_of,
     searches_in_words,
     wrong_baseline_sentence,
@@ -72,16 +73,11 @@ def _verdict(d: DiagnosisRecord) -> str:
 
 def _answer(d: DiagnosisRecord) -> str:
     if parts := parts_of(d.findings):
-        return f"too little of the error to be called a cause is explained by {_all_named(parts)}"
-    return _all_named(d.causes) or "nothing that these recordings can prove"
-
-
-def _all_named(findings: Sequence[Finding]) -> str:
-    """The first of some findings, those that are less than causes with what they could also be."""
-    return "; ".join(
-        " or ".join(_named(one.effect, one.joints) for one in (f, *(f.rivals if f.grade != "cause" else ())))
-        for f in findings[:SHOWN]
-    )
+        named = [one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts[:SHOWN]]
+        return f"too little of the error to be called a cause is explained by {'; '.join(named)}"
+    if not d.causes:
+        return "nothing that these recordings can prove"
+    return "; ".join(_named(f.effect, f.joints) for f in d.causes[:SHOWN])
 
 
 def _minor(d: DiagnosisRecord) -> list[str]:

@@ -134,7 +134,7 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
     if causes:
         return " ".join([*_properties_sentence(asked, causes), *_contacts_sentence(causes)])
     if parts := parts_of(findings):
-        named = [" or ".join(cause(one.effect, one.joints) for one in (f, *f.rivals)) for f in parts]
+        named = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts]
         return (
             f"What was found {NOT_FOUND[asked]} explains too little of the error to be called a cause: {_few(named)}."
         )
@@ -147,6 +147,11 @@ def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]
     """A sentence of what the arm is like, where anything of that was found."""
     found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
     return [f"{FOUND[asked]} {_few(found)}."] if found else []
+
+
+def one_of(names: Sequence[str]) -> str:
+    """What a contribution is, and what it could also be: two names, and that there are more."""
+    return " or ".join([*names[:2], *(["others"] if len(names) > 2 else [])])
 
 
 def _few(causes: Sequence[str]) -> str:

@@ -141,8 +141,7 @@ def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict
 
 def _is_simpler(problem: DiagnosisProblem, candidate: Candidate, than: Candidate) -> bool:
     """Whether a candidate has fewer numbers, or as many and changes what the model has, where the other one would appear anew."""
-    present = {(e.name, (j + 1,)) for e in problem.model.effects for j in e.active(problem.model.robot)}
-    changes = candidate.key in present and than.key not in present
+    changes = candidate.key in problem.present and than.key not in problem.present
     return candidate.size < than.size or (candidate.size == than.size and changes)
 
 
