@@ -12,6 +12,7 @@ from physident.effects.contact import PIECE
 
 Array = NDArray[np.float64]
 SHORT = 0.1  # of all rows, at most
+LONGEST = 20  # half seconds: what lasts longer in a recording of an hour is no moment
 MUCH = 1 / 3  # of the power, at least
 CERTAIN = 0.01  # how often noise of one size has a burst somewhere
 
@@ -35,7 +36,7 @@ class Burst:
 def burst_of(
     residual: Array, time: Array, recording: NDArray[np.intp], names: Sequence[str], worth: float
 ) -> Burst | None:
-    """The burst of a residual (M,), if it has one: a tenth of the time at most that holds a third of the power at least.
+    """The burst of a residual (M,), if it has one: a tenth of the time, and ten seconds, at most that hold a third of the power at least.
 
     ``time`` (M,) [s] since each row's recording began, whose place among the ``names`` is ``recording`` (M,); ``worth``: how many independent
     samples the rows are. Of all runs of half seconds the one is taken whose own variance is the most likely beside that of all other rows;
@@ -65,10 +66,8 @@ def _likeliest(residual: Array, time: Array, rows: NDArray[np.intp], name: str) 
         np.concatenate([[0.0], np.cumsum(np.bincount(bins, weights))])
         for weights in (np.full(len(rows), 1 / len(residual)), residual[rows] ** 2 / total)
     )
-    for length in range(1, len(parts)):
+    for length in range(1, min(LONGEST + 1, len(parts))):
         p, s = parts[length:] - parts[:-length], np.minimum(powers[length:] - powers[:-length], 1 - 1e-12)
-        if p.min() > SHORT:
-            break
         larger = (p > 0) & (p <= SHORT) & (s > p)
         p, s, places = p[larger], s[larger], np.flatnonzero(larger)
         likely = -p * np.log(s / p) - (1 - p) * np.log((1 - s) / (1 - p))
