@@ -8,6 +8,7 @@ from typing import Any
 
 import physident as pid
 from physident.effects.classification import Scope
+from physident.robots.kinematic_tree import LEVER
 
 PAGE = Path(__file__).resolve().parent / "reference" / "effects.md"
 LONGEST_GRID = 10  # values that are printed one by one
@@ -38,7 +39,10 @@ def _section(name: str, cls: Any) -> str:
         rows += [f"- **signature** {cls.signature}", f"- **mistaken for** {cls.mistaken_for}"]
     for shape in cls.shape_parameters:
         only = " only" if shape.discrete else ""
-        rows.append(f"- **shape parameter** `{shape.field}` [{shape.unit}], searched on {_grid(shape.grid)}{only}")
+        slides = f"; where it slides at {LEVER:g} m for a radian" if "rad" in shape.unit else ""
+        rows.append(
+            f"- **shape parameter** `{shape.field}` [{shape.unit}], searched on {_grid(shape.grid)}{only}{slides}"
+        )
     return f"## `{name}`\n\n{inspect.getdoc(cls) or ''}\n\n" + "\n".join(rows) + "\n"
 
 

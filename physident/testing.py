@@ -40,7 +40,7 @@ def check_effect(effect: Effect | type[Effect], robot: Robot | str = "ur5", seed
         check_class(CATALOGUE, kind, getattr(kind, "origin", "") or "checked")
     except InputError as error:
         raise AssertionError(str(error)) from None
-    one = effect if isinstance(effect, Effect) else effect.at_grid_middle()
+    one = effect if isinstance(effect, Effect) else effect.at_grid_middle(arm)
     motion = _motion(arm, seed)
     broken = [line for clause in CLAUSES for line in _kept(clause, one, arm, motion)]
     if broken:

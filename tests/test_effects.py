@@ -16,9 +16,9 @@ from physident.identifiability.base_parameters import random_motion
 EFFECTS = sorted(pid.CATALOGUE)
 
 
-def ready(name: str, joints: tuple[int, ...] | None = None) -> pid.Effect:
+def ready(name: str, robot: pid.Robot, joints: tuple[int, ...] | None = None) -> pid.Effect:
     """An effect of the catalogue with each shape parameter at the middle of its grid."""
-    return pid.CATALOGUE[name].at_grid_middle(joints)
+    return pid.CATALOGUE[name].at_grid_middle(robot, joints)
 
 
 def motion(robot: pid.Robot, seed: int = 0) -> pid.Signals:
@@ -31,7 +31,7 @@ def motion(robot: pid.Robot, seed: int = 0) -> pid.Signals:
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_shapes_names_and_units(name: str, ur5: pid.Robot) -> None:
-    effect, signals = ready(name), motion(ur5)
+    effect, signals = ready(name, ur5), motion(ur5)
     columns = effect.columns(ur5)
     assert effect.name == name
     assert effect.regressor(ur5, signals).shape == (len(signals.time), 6, len(columns))
@@ -50,7 +50,7 @@ def test_shapes_names_and_units(name: str, ur5: pid.Robot) -> None:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_regressor_times_parameters_is_the_model_torque(name: str, ur5: pid.Robot) -> None:
     """A model's torque is the sum of its effects' regressors times their parameters, at the model's own reference."""
-    effect = ready(name)
+    effect = ready(name, ur5)
     rng = np.random.default_rng(1)
     base = pid.Model.nominal(ur5)
     effects = (*base.effects, effect) if name not in {e.name for e in base.effects} else base.effects
@@ -65,12 +65,12 @@ def test_regressor_times_parameters_is_the_model_torque(name: str, ur5: pid.Robo
 def test_finite_at_standstill(name: str, ur5: pid.Robot) -> None:
     still = replace(random_motion(ur5, 0), **{k: np.zeros((400, 6)) for k in "qva"})
     signals = pid.Model.nominal(ur5).refer(still)
-    assert np.isfinite(ready(name).regressor(ur5, signals)).all()
+    assert np.isfinite(ready(name, ur5).regressor(ur5, signals)).all()
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_the_nominal_robot_lies_inside_the_cones(name: str, ur5: pid.Robot) -> None:
-    effects = (ready(name),) if name == "rigid_body" else (ready("rigid_body"), ready(name))
+    effects = (ready(name, ur5),) if name == "rigid_body" else (ready("rigid_body", ur5), ready(name, ur5))
     theta = np.concatenate([effect.nominal(ur5) for effect in effects])
     cones = physical_cones(ur5, effects)
     assert len(cones.matrices) == 6
@@ -79,25 +79,25 @@ def test_the_nominal_robot_lies_inside_the_cones(name: str, ur5: pid.Robot) -> N
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_survives_json(name: str) -> None:
-    effect = ready(name)
+def test_survives_json(name: str, ur5: pid.Robot) -> None:
+    effect = ready(name, ur5)
     assert effect_from_dict(effect.as_dict()) == effect
 
 
 @pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].scope is Scope.JOINT])
 def test_restricted_to_joints_it_is_that_part_of_the_whole(name: str, ur5: pid.Robot) -> None:
     signals = motion(ur5)
-    some, every = ready(name, joints=(2, 5)), ready(name)
+    some, every = ready(name, ur5, (2, 5)), ready(name, ur5)
     assert {c.joint for c in some.columns(ur5)} == {2, 5}
     chosen = [i for i, c in enumerate(every.columns(ur5)) if c.joint in (2, 5)]
     np.testing.assert_array_equal(some.regressor(ur5, signals), every.regressor(ur5, signals)[:, :, chosen])
     with pytest.raises(pid.InputError, match="joint 7 does not exist"):
-        ready(name, joints=(7,)).columns(ur5)
+        ready(name, ur5, (7,)).columns(ur5)
 
 
 @pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].pointwise])
 def test_pointwise_effects_have_no_memory(name: str, ur5: pid.Robot) -> None:
-    effect, signals = ready(name), motion(ur5)
+    effect, signals = ready(name, ur5), motion(ur5)
     whole = effect.values(ur5, signals)
     part = effect.values(ur5, signals.part(slice(100, 110)))
     np.testing.assert_allclose(part, whole[:, 100:110], atol=1e-9)
@@ -109,7 +109,7 @@ def test_places_are_joints_that_the_effect_accepts(name: str, ur5: pid.Robot) ->
     places = cls.places(ur5)
     assert places
     for place in places:
-        columns = cls.at_grid_middle(place or None).columns(ur5)
+        columns = cls.at_grid_middle(ur5, place or None).columns(ur5)
         assert not place or {column.joint for column in columns} == {place[0]}
         assert cls.search_options(ur5, place, [motion(ur5)])
     if cls.scope is Scope.WHOLE_ARM:
@@ -119,7 +119,7 @@ def test_places_are_joints_that_the_effect_accepts(name: str, ur5: pid.Robot) ->
 
 @pytest.mark.parametrize("name", [n for n in EFFECTS if pid.CATALOGUE[n].formulas or n == "coupled_friction"])
 def test_exported_source_is_the_torque(name: str, ur5: pid.Robot) -> None:
-    effect, signals = ready(name, (5, 2)), motion(ur5)
+    effect, signals = ready(name, ur5, (5, 2)), motion(ur5)
     theta = np.random.default_rng(3).uniform(0.5, 2.0, size=len(effect.columns(ur5)))
     source = effect.numpy_source(ur5, theta)
     assert source is not None
@@ -170,7 +170,7 @@ def test_friction_takes_energy(ur5: pid.Robot) -> None:
     signals = motion(ur5)
     names = ("viscous_friction", "coulomb_friction", "nonlinear_viscous_friction", "load_dependent_friction")
     for name in (*names, "stribeck_friction", "presliding_hysteresis"):
-        effect = ready(name)
+        effect = ready(name, ur5)
         power = (effect.regressor(ur5, signals) @ np.ones(len(effect.columns(ur5)))) * signals.v
         assert power.sum() > 0, name
         if name != "presliding_hysteresis":  # a bent bristle gives back a part of what it took
@@ -196,7 +196,7 @@ def test_velocity_friction_is_the_stated_law(width: float | None, ur5: pid.Robot
         "torque_offset": np.ones_like(v),
     }
     for name, law in laws.items():
-        np.testing.assert_allclose(ready(name).regressor(ur5, signals)[:, 2, 2], law, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(ready(name, ur5).regressor(ur5, signals)[:, 2, 2], law, atol=1e-12, err_msg=name)
     coupled = pid.CATALOGUE["coupled_friction"](joints=(5, 6)).regressor(ur5, signals)
     together = signals.v[:, 4] + signals.v[:, 5]
     for row in (4, 5):

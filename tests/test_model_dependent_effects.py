@@ -31,7 +31,7 @@ def _fine_motion(robot: pid.Robot, rate: float = 500.0) -> pid.Signals:
 
 def test_gravity_tilt_is_the_change_of_torque_with_gravity(ur5: pid.Robot) -> None:
     signals = motion(ur5)
-    columns = ready("gravity_tilt").regressor(ur5, signals)
+    columns = ready("gravity_tilt", ur5).regressor(ur5, signals)
     upright = _rnea(ur5.pinocchio, signals)
     for axis in range(2):
         tilted = ur5.pinocchio.copy()
@@ -44,7 +44,7 @@ def test_payload_is_a_heavier_last_link(ur5: pid.Robot) -> None:
     load = pin.Inertia(2.0, np.array([0.02, -0.01, 0.08]), np.diag([0.004, 0.005, 0.003]))
     heavier = ur5.pinocchio.copy()
     heavier.inertias[6] = heavier.inertias[6] + load
-    torque = ready("payload").regressor(ur5, signals) @ load.toDynamicParameters()
+    torque = ready("payload", ur5).regressor(ur5, signals) @ load.toDynamicParameters()
     np.testing.assert_allclose(torque, _rnea(heavier, signals) - _rnea(ur5.pinocchio, signals), atol=1e-9)
 
 
@@ -60,7 +60,7 @@ def test_link_inertia_is_a_change_of_that_link(ur5: pid.Robot) -> None:
 
 def test_joint_zero_offset_is_the_derivative_in_the_angle(ur5: pid.Robot) -> None:
     signals = motion(ur5)
-    columns = ready("joint_zero_offset").regressor(ur5, signals)
+    columns = ready("joint_zero_offset", ur5).regressor(ur5, signals)
     data = ur5.pinocchio.createData()
     for k in (0, 57, 211, 399):
         state = signals.q[k], signals.v[k], signals.a[k]
@@ -75,7 +75,7 @@ def test_joint_zero_offset_is_the_derivative_in_the_angle(ur5: pid.Robot) -> Non
 
 def test_joint_elasticity_is_the_torque_of_a_link_that_lags(ur5: pid.Robot) -> None:
     signals = _fine_motion(ur5)
-    columns = ready("joint_elasticity").regressor(ur5, signals)
+    columns = ready("joint_elasticity", ur5).regressor(ur5, signals)
     links = _rnea(ur5.pinocchio, signals)
     compliance = 1e-7
     for joint in (1, 3):
@@ -94,8 +94,8 @@ def test_joint_elasticity_is_the_torque_of_a_link_that_lags(ur5: pid.Robot) -> N
 def test_time_delay_and_torque_constant_act_on_the_motor_torque(ur5: pid.Robot) -> None:
     signals = _fine_motion(ur5)
     torque = _rnea(ur5.pinocchio, signals)
-    np.testing.assert_allclose(ready("torque_constant").regressor(ur5, signals)[:, 2, 2], torque[:, 2], atol=1e-9)
-    column = ready("time_delay").regressor(ur5, signals)[:, :, 0]
+    np.testing.assert_allclose(ready("torque_constant", ur5).regressor(ur5, signals)[:, 2, 2], torque[:, 2], atol=1e-9)
+    column = ready("time_delay", ur5).regressor(ur5, signals)[:, :, 0]
     late = np.column_stack([np.interp(signals.time - 0.002, signals.time, x) for x in torque.T])
     inner = slice(5, -5)
     np.testing.assert_allclose(0.002 * column[inner], (late - torque)[inner], atol=0.02 * np.abs(late - torque).max())
@@ -104,7 +104,7 @@ def test_time_delay_and_torque_constant_act_on_the_motor_torque(ur5: pid.Robot) 
 def test_crosstalk_shows_a_share_of_the_other_joints_torques(ur5: pid.Robot) -> None:
     signals = _fine_motion(ur5)
     torque = _rnea(ur5.pinocchio, signals)
-    effect = ready("torque_crosstalk", joints=(2, 5))
+    effect = ready("torque_crosstalk", ur5, (2, 5))
     shares = np.array([0.1, -0.2, 0.0, 0.3, 0.05, 0.2, 0.0, -0.1, 0.4, 0.0])
     mixing = np.zeros((6, 6))
     mixing[1, [0, 2, 3, 4, 5]], mixing[4, [0, 1, 2, 3, 5]] = shares[:5], shares[5:]
@@ -136,7 +136,7 @@ def test_load_is_inertia_and_gravity_alone(ur5: pid.Robot) -> None:
     """``load`` has no friction; ``motor`` has all but the measurement effects, which act last on it."""
     smooth = pid.CATALOGUE["coulomb_friction"](smoothing=0.01)
     base = pid.Model.nominal(ur5, ["rigid_body", "rotor_inertia", "viscous_friction", smooth, "torque_offset"])
-    effects = (*base.effects, ready("torque_constant", joints=(2,)))
+    effects = (*base.effects, ready("torque_constant", ur5, (2,)))
     theta = np.concatenate([base.theta, [0.1]])
     theta[-7:-1] = 3.0  # torque offsets
     signals = pid.Model(ur5, effects, theta).refer(random_motion(ur5, 5))

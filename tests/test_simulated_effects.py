@@ -55,7 +55,7 @@ def test_the_model_predicts_its_own_simulation(name: str, ur5: pid.Robot) -> Non
 def test_friction_never_gives_energy_over_a_motion(name: str, ur5: pid.Robot) -> None:
     """The work that friction has taken since the start of a simulated motion never falls below zero."""
     cls = pid.CATALOGUE[name]
-    effect = cls.at_grid_middle((2, 4))
+    effect = cls.at_grid_middle(ur5, (2, 4))
     size = {"presliding_hysteresis": 200.0, "load_dependent_friction": 0.2}.get(name, 4.0)
     rigid = pid.Model.nominal(ur5, ["rigid_body"])
     model = pid.Model(ur5, (*rigid.effects, effect), np.concatenate([rigid.theta, np.full(2, size)]))

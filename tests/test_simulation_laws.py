@@ -70,7 +70,7 @@ ON_THE_PLANT = [name for name, effect in pid.CATALOGUE.items() if effect.acts_on
 @pytest.mark.parametrize("name", ON_THE_PLANT)
 def test_every_effect_of_the_catalogue_acts_as_its_model_says(ur5, name):
     given = {"coulomb_friction": SMOOTH, "friction_level": FrictionLevel(smoothing=(0.01,), presliding=0.0)}
-    effect = given.get(name) or pid.CATALOGUE[name].at_grid_middle()
+    effect = given.get(name) or pid.CATALOGUE[name].at_grid_middle(ur5)
     strength = np.full(len(effect.columns(ur5)), 0.1)
     base = [part for part in (RigidBody(), RotorInertia(), ViscousFriction(), SMOOTH) if part.name != name]
     nominal = pid.Model.nominal(ur5, base)

@@ -88,7 +88,7 @@ def test_no_unit_of_a_sliding_joint_is_that_of_a_turning_one(tree: pid.Robot) ->
         ):
             continue  # of the whole arm, or of links
         for place in effect.places(tree):
-            concrete = effect.at_grid_middle(place or None)
+            concrete = effect.at_grid_middle(tree, place or None)
             for column in concrete.columns(tree):
                 slides = column.joint == 1
                 assert not (slides and re.search(r"rad|(?<!/\()N m(?! ?/N)", column.unit)), (effect.name, column)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.asked import Asked
 from physident.diagnosis.grading.confounders import with_confounder
-from physident.diagnosis.grading.control import alike_before
+from physident.diagnosis.grading.control import sizes_of_changes
 from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
-from physident.diagnosis.grading.members import members, with_values, without
+from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
@@ -55,8 +55,10 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     same = same_torque(hypothesis)
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
-    alike = alike_before(hypothesis, asked.control_signals)
+    sizes = sizes_of_changes(hypothesis, asked.control_signals)
+    alike = frozenset(key for key, size in sizes.items() if size == 0)
     found = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
+    found = with_changes(found, sizes)
     unexplained = describe_unexplained(hypothesis)
     floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
     expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
@@ -76,7 +78,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:
             errors = uncertainty_of(sure)
-            findings, old = (with_values(sure, some, errors) for some in (findings, old))
+            findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
     return Judged(
         findings=findings,
         old=old,

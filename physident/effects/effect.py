@@ -85,10 +85,7 @@ class Effect(ABC):
         return tuple(Column(f"{self.name}_{joint}", unit, joint, self.name) for joint, unit in some)
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
-        """Joint row and column (from 0) of each structural non-zero (E, 2), in the order of ``values``.
-
-        By default each column is non-zero in the row of its joint alone.
-        """
+        """Joint row and column (from 0) of each structural non-zero (E, 2), in the order of ``values``; by default each column acts on its joint alone."""
         joint_rows = [column.joint - 1 for column in self.columns(robot)]
         return np.column_stack([joint_rows, np.arange(len(joint_rows))]).astype(np.intp).reshape(-1, 2)
 
@@ -159,8 +156,9 @@ class Effect(ABC):
 
     @classmethod
     def search_grid(cls, robot: Robot, joints: tuple[int, ...], shape: ShapeParameter) -> tuple[float, ...]:
-        """Values of a shape parameter that are tried for the effect at one place."""
-        return shape.grid
+        """Values of a shape parameter that are tried for the effect at one place; lengths and speeds in proportion where it slides."""
+        scaled = "rad" in shape.unit and joints
+        return tuple(value * robot.joints[joints[0] - 1].radian for value in shape.grid) if scaled else shape.grid
 
     @classmethod
     def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
@@ -168,8 +166,7 @@ class Effect(ABC):
         if not cls.shape_parameters:
             return [cls(joints or None)]
         (shape,) = cls.shape_parameters
-        grid = cls.search_grid(robot, joints, shape)
-        return [replace(cls(joints or None), **{shape.field: (value,)}) for value in grid]
+        return [replace(cls(joints or None), **{shape.field: (x,)}) for x in cls.search_grid(robot, joints, shape)]
 
     @classmethod
     def options_beside(cls, robot: Robot, present: Sequence[tuple[Effect, Array]]) -> Sequence[Self] | None:
@@ -181,11 +178,14 @@ class Effect(ABC):
         return self
 
     @classmethod
-    def at_grid_middle(cls, joints: tuple[int, ...] | None = None) -> Self:
-        """The effect with each shape parameter at the middle of its grid."""
-        return replace(
-            cls(joints), **{shape.field: (shape.grid[len(shape.grid) // 2],) for shape in cls.shape_parameters}
-        )
+    def at_grid_middle(cls, robot: Robot, joints: tuple[int, ...] | None = None) -> Self:
+        """The effect with each shape parameter at the middle of its joint's grid."""
+        effect = cls(joints)
+        for shape in cls.shape_parameters:
+            grids = [cls.search_grid(robot, (j + 1,), shape) for j in effect.active(robot)]
+            middle = tuple(grid[len(grid) // 2] for grid in grids)
+            effect = replace(effect, **{shape.field: middle[:1] if len({*middle}) == 1 else middle})
+        return effect
 
     # what an effect takes from recordings before it is fitted, and a prior that holds its parameters
 

@@ -17,6 +17,11 @@ from physident.large_arrays import limits
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
+# m: what repeats on a slide is its screw, its pulley or its motor; leads of ball screws by ISO 3408-2, and what belts and poles have
+PITCHES = (
+    *(0.4, 0.32, 0.25, 0.2, 0.16, 0.15, 0.125, 0.12, 0.1, 0.09, 0.08, 0.075, 0.064, 0.06, 0.05, 0.048, 0.04, 0.036),
+    *(0.032, 0.03, 0.025, 0.024, 0.02, 0.016, 0.015, 0.012, 0.01, 0.008, 0.006, 0.005, 0.004, 0.003, 0.0025, 0.002),
+)
 REPEATS = 2  # periods of a ripple that the recordings must show: less is a bend, which springs and cables have too
 
 
@@ -148,7 +153,7 @@ class TorqueRipple(Effect):
 
     Causes are the cogging of the motor, and the teeth and the wave generator of the gear. The joint's side has whole
     orders (1 to 40); a motor turns G times as fast, the wave generator of a harmonic drive has two periods a turn: orders
-    G and 2 G. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass. A diagnosis looks for orders of which
+    G and 2 G. A slide has k / 2 pi periods a metre, k in rad/m; pitches that are made are looked for. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass. A diagnosis looks for orders of which
     the recordings show two periods: what does not repeat may be any function of the position.
     """
 
@@ -165,7 +170,9 @@ class TorqueRipple(Effect):
 
     @classmethod
     def search_grid(cls, robot: Robot, joints: tuple[int, ...], shape: ShapeParameter) -> tuple[float, ...]:
-        """The grid, with the orders of the motor and of the wave generator where the robot states its gear ratio."""
+        """The grid, with the orders of the motor and of the wave generator where the robot states its gear ratio; pitches of a slide."""
+        if robot.joints[joints[0] - 1].kind == "prismatic":
+            return tuple(2 * np.pi / pitch for pitch in PITCHES)
         if robot.drives is None:
             return shape.grid
         ratio = robot.drives[joints[0] - 1].gear_ratio

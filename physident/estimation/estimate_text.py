@@ -160,7 +160,9 @@ def _joint_table(estimate: EstimatedModel) -> list[str]:
     rows += _curves(estimate)
     for f in estimate.shape_parameters:
         text = f"{f.effect}, joint {f.joint}: {f.field} {f.value:.4g} ± {f.std:.2g} {f.unit}".removesuffix(" 1")
-        (grid,) = [shape.grid for shape in CATALOGUE[f.effect].shape_parameters if shape.field == f.field]
+        cls = CATALOGUE[f.effect]
+        (shape,) = [shape for shape in cls.shape_parameters if shape.field == f.field]
+        grid = cls.search_grid(model.robot, (f.joint,), shape)
         rows.append(text + ("" if EDGE * grid[0] < f.value < grid[-1] / EDGE else ", at an end of its search grid"))
     return rows
 

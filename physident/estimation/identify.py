@@ -156,7 +156,7 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
     """The friction and rotor inertia of a joint that never moves cannot be identified: their columns are zero."""
     speed = np.max([magnitude(one.v) for one in signals], axis=0)
     rest = Model.nominal(robot).refer(Signals.of_states(*np.zeros((3, 1, robot.n))))
-    for j in np.flatnonzero(speed < MOVING_SPEED):
+    for j in np.flatnonzero(speed < MOVING_SPEED * robot.radian):
         hidden = []
         for effect in effects:
             rows = effect.pattern(robot)
@@ -169,6 +169,7 @@ def _refuse_still_joints(robot: Robot, effects: Sequence[Effect], signals: Seque
                 hidden.append(effect.name)
         if hidden:
             raise InputError(
-                f"joint {j + 1} ({robot.joint_names[j]}) never moves faster than {MOVING_SPEED} rad/s in any recording:"
+                f"joint {j + 1} ({robot.joint_names[j]}) never moves faster than"
+                f" {MOVING_SPEED * robot.radian[j]:g} {robot.joints[j].unit('rad/s')} in any recording:"
                 f" nothing shows its {', '.join(hidden)}; record a motion of joint {j + 1}, or leave it out of these effects"
             )

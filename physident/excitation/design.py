@@ -119,7 +119,7 @@ class Design:
         """The joints (from 1) that hardly move: a sliding one shows its link's mass at rest, and none of its friction."""
         t = self.trajectory
         speed = magnitude(t.states(np.arange(CHECKED) / CHECKED / t.base_frequency).v)
-        return tuple(j + 1 for j in np.flatnonzero(speed < MOVING_SPEED).tolist())
+        return tuple(j + 1 for j in np.flatnonzero(speed < MOVING_SPEED * self.task.model.robot.radian).tolist())
 
     def __repr__(self) -> str:
         band = next((name for limit, name in BANDS if self.condition <= limit), "poor")

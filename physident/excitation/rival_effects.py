@@ -126,9 +126,11 @@ def _variants(model: Model, name: str, joints: tuple[int, ...]) -> tuple[Effect,
             return (on_joints(there[0], model.robot, where) if there else cls(joints=where),)
         return (held[0] if held else next(iter(beside), cls(joints=where)),)
     (shape,) = cls.shape_parameters
-    steps = len(shape.grid) - 1
-    quarters = [shape.grid[round(k * steps / (SHAPE_VALUES + 1))] for k in range(1, SHAPE_VALUES + 1)]
-    return tuple(cls(joints=where, **{shape.field: (value,) * len(joints)}) for value in quarters)
+    grids = [cls.search_grid(model.robot, (joint,), shape) for joint in joints]
+    quarters = [k / (SHAPE_VALUES + 1) for k in range(1, SHAPE_VALUES + 1)]
+    return tuple(
+        cls(joints=where, **{shape.field: tuple(g[round(at * (len(g) - 1))] for g in grids)}) for at in quarters
+    )
 
 
 def _shape_at(effect: Effect, joint: int) -> dict[str, tuple[float, ...]]:

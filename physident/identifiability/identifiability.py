@@ -91,7 +91,7 @@ def measure_identifiability(
             if not recorded:
                 row.append((joints, 0.0, 0.0, 0.0))
                 continue
-            candidate = cls.at_grid_middle(joints or None)
+            candidate = cls.at_grid_middle(robot, joints or None)
             fitted = whole_model
             if any(effect.name == name for effect in effects):
                 others = _without(effects, name, joints, robot)

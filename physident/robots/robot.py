@@ -109,6 +109,11 @@ class Robot:
         """The unit of all joints' torques: both, where some turn and some slide."""
         return "|".join(sorted(set(self.torque_units), reverse=True))
 
+    @property
+    def radian(self) -> Array:
+        """The position (n,) [rad|m] of each joint that counts as a radian: of one that slides a lever of an arm."""
+        return np.array([joint.radian for joint in self.joints])
+
     def units_where_it_slides(self, *turning: str) -> str:
         """One line on the units of the joints that slide, of what is shown in the units ``turning``; empty where none slides."""
         slides = [i for i, joint in enumerate(self.joints) if joint.kind == "prismatic"]

@@ -25,7 +25,7 @@ def main() -> None:
     seconds: dict[str, float] = {}
     count = 0
     for name, cls in pid.CATALOGUE.items():
-        effect = cls.at_grid_middle()
+        effect = cls.at_grid_middle(robot)
         signals = model.refer(motion)
         count += len(effect.columns(robot))
         best = float("inf")

@@ -72,8 +72,9 @@ def with_temperatures(control: Sequence[Signals], signals: Sequence[Signals]) ->
     ], (text,)
 
 
-def alike_before(hypothesis: Hypothesis, control: Sequence[Signals]) -> frozenset[Key]:
-    """The accepted effects that the control shows alike; none without a control, and no contact, which belongs to one recording.
+def sizes_of_changes(hypothesis: Hypothesis, control: Sequence[Signals]) -> dict[Key, float]:
+    """By how much of itself each accepted effect differs from the control, zero where that shows it alike; none without a control, and
+    no contact, which belongs to one recording.
 
     What compared recordings decide is a change: the control was taken off them.
     """
@@ -83,13 +84,14 @@ def alike_before(hypothesis: Hypothesis, control: Sequence[Signals]) -> frozense
         if one.candidate is not CONTACT and not is_shown_by_comparison(hypothesis, i)
     ]
     if not control or not tested:
-        return frozenset()
-    changed = changed_since(hypothesis, control, tested)
-    return frozenset(hypothesis.accepted[i].candidate.key for i, new in zip(tested, changed, strict=True) if not new)
+        return {}
+    sizes = changed_since(hypothesis, control, tested)
+    return {hypothesis.accepted[i].candidate.key: size for i, size in zip(tested, sizes, strict=True)}
 
 
-def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[bool, ...]:
-    """Whether each of some accepted effects (their indices) has another size in the new recordings than in the control.
+def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[float, ...]:
+    """By how much of itself each of some accepted effects (their indices) differs in the new recordings from the control; zero
+    where that is no change.
 
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
@@ -100,7 +102,7 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
-    left = list(range(len(tested)))
+    left, size = list(range(len(tested))), dict[int, float]()
     while left:
         doubt, size = dict[int, float](), dict[int, float]()
         for k, one in zip(left, joint.differences(left), strict=True):
@@ -110,7 +112,7 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
         if not doubtful:
             break
         left.remove(max(doubtful, key=lambda k: (k in new, doubt[k], -size[k])))
-    return tuple(k in left for k in range(len(tested)))
+    return tuple(size[k] if k in left else 0.0 for k in range(len(tested)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -106,7 +106,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     # a curve is known but for what other parameters take as well; its shape was proved on left-out rows
     sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
     holds_old = bool(sized) and all(v.interval95[0] < v.value - v.change < v.interval95[1] for v in sized)
-    vague = (holds_old and not controlled) or _beyond_bounds(finding)
+    vague = (holds_old and not controlled) or _beyond_bounds(finding, hypothesis)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     is_cause = share.takes > enough * share.leaves and shown > least and not vague
@@ -125,12 +125,16 @@ def _shown(takes: float, where: Array, weights: Array, usual: Array) -> float:
     return float(np.max(own / usual))
 
 
-def _beyond_bounds(finding: Finding) -> bool:
+def _beyond_bounds(finding: Finding, hypothesis: Hypothesis) -> bool:
     """Whether the data would have a shape of every joint beyond all that is physical: another law may be what they show."""
     effect = CATALOGUE.get(finding.effect)
-    last = {shape.field: shape.grid[-1] for shape in effect.shape_parameters if shape.bounded} if effect else {}
-    shapes = [v for v in finding.parameters if v.name in last]
-    return bool(shapes) and all(v.at_end and v.value > 0.5 * last[v.name] for v in shapes)
+    bounded = {shape.field: shape for shape in effect.shape_parameters if shape.bounded} if effect else {}
+    shapes = [v for v in finding.parameters if v.name in bounded]
+    if effect is None or not shapes:
+        return False
+    robot = hypothesis.problem.model.robot
+    lasts = [effect.search_grid(robot, (v.joint,), bounded[v.name])[-1] for v in shapes]
+    return all(v.at_end and v.value > 0.5 * last for v, last in zip(shapes, lasts, strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.values import parameter_values, values_in_words
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.diagnosis.statistics.stored_products import Key
 
 Array = NDArray[np.float64]
 
@@ -85,3 +86,23 @@ def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty
         words = values_in_words(hypothesis, accepted)
         result.append(replace(finding, parameters=values, in_words=words) if values else finding)
     return tuple(result)
+
+
+def with_changes(findings: Sequence[Finding], sizes: Mapping[Key, float]) -> tuple[Finding, ...]:
+    """The findings whose values the model has, with by how much they changed: ``sizes`` times what the extended model has more than the
+    model. Where this lacks something of the same kind, its value was never that of the arm, and the difference no change of the arm's."""
+    result = []
+    for finding in findings:
+        values = tuple(
+            replace(v, change=v.change * size)
+            if v.change != v.value and (size := _size_of(finding, v.joint, sizes))
+            else v
+            for v in finding.parameters
+        )
+        result.append(replace(finding, parameters=values))
+    return tuple(result)
+
+
+def _size_of(finding: Finding, joint: int, sizes: Mapping[Key, float]) -> float:
+    """By how much of itself the effect of a finding at a joint differs; zero where that is not known."""
+    return next((size for (name, joints), size in sizes.items() if name == finding.effect and joint in joints), 0.0)

@@ -121,6 +121,7 @@ def _variants(model: Model, name: str, joints: Sequence[int]) -> list[Effect]:
     if not cls.shape_parameters:
         return [cls(place)]
     (shape,) = cls.shape_parameters
-    steps = len(shape.grid) - 1
-    values = [shape.grid[round(k * steps / (SHAPES + 1))] for k in range(1, SHAPES + 1)]
-    return [replace(cls(place), **{shape.field: (v,) * (len(place) if place else 1)}) for v in values]
+    # a grid for each joint: one that slides has lengths in the place of angles
+    grids = [cls.search_grid(model.robot, (joint,), shape) for joint in place] if place else [shape.grid]
+    steps = [k / (SHAPES + 1) for k in range(1, SHAPES + 1)]
+    return [replace(cls(place), **{shape.field: tuple(g[round(at * (len(g) - 1))] for g in grids)}) for at in steps]

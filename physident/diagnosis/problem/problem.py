@@ -89,7 +89,7 @@ class DiagnosisProblem:
     def resting_joints(self) -> frozenset[int]:
         """Joints (from 1) that no recording moves: what their velocity shows is noise."""
         fastest = np.max([magnitude(one.v) for one in self.signals], axis=0)
-        return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED))
+        return frozenset(int(j) + 1 for j in np.flatnonzero(fastest < MOVING_SPEED * self.model.robot.radian))
 
     def is_friction_of_resting_joint(self, candidate: Candidate) -> bool:
         """Whether a candidate is the friction of a joint that no recording moves, or of an arm that none moves."""

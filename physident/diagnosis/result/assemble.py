@@ -43,12 +43,13 @@ def make_findings(
     """
     trust = trust or {}
     groups: dict[object, list[RivalCheck]] = {}
+    before = [one for one in hypothesis.accepted if one.candidate.key in alike]
     for check in checks:
         name, doubtful = check.accepted.candidate.name, bool(trust.get(check.accepted.candidate.key, Trust()).doubts)
         key = name if effect_scope(name).joins_joints else check.accepted.candidate.key
         old = check.accepted.candidate.key in alike
         groups.setdefault((key, doubtful, old, getattr(check.accepted.effect, "recording", "")), []).append(check)
-    found = [_finding(hypothesis, group, uncertainty, from_currents, trust) for group in groups.values()]
+    found = [_finding(hypothesis, group, uncertainty, from_currents, trust, before) for group in groups.values()]
     return tuple(sorted(found, key=lambda finding: -finding.evidence))
 
 
@@ -58,6 +59,7 @@ def _finding(
     uncertainty: Uncertainty,
     from_currents: bool,
     trust: Mapping[tuple[str, tuple[int, ...]], Trust],
+    before: Sequence[AcceptedEffect],
 ) -> Finding:
     group = sorted(group, key=lambda check: check.accepted.candidate.joints)
     accepted = [check.accepted for check in group]
@@ -75,7 +77,7 @@ def _finding(
         effect=name,
         joints=joints,
         parameters=tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty)),
-        gain=_reduction(hypothesis, accepted),
+        gain=_reduction(hypothesis, accepted, [one for one in before if _is_beside(one, accepted)]),
         rivals=rivals,
         intervals=tuple(interval for one in accepted for interval in getattr(one.effect, "intervals", ())),
         advice=" ".join(filter(None, texts)),
@@ -106,28 +108,43 @@ def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypot
     return state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
 
 
-def _reduction(hypothesis: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduction:
+def _is_beside(old: AcceptedEffect, group: Sequence[AcceptedEffect]) -> bool:
+    """Whether an effect that was there before acts on a joint of a group that is no part of it."""
+    joints = {joint for one in group for joint in one.candidate.joints}
+    return old not in group and bool(joints.intersection(old.candidate.joints))
+
+
+def _reduction(
+    hypothesis: Hypothesis, group: Sequence[AcceptedEffect], old: Sequence[AcceptedEffect] = ()
+) -> Reduction:
+    """What a group takes of the left-out error beside all others. Those that are ``old`` would take it up, though they have not
+    changed: what it takes is measured without them, what it leaves with them."""
     rest = _without(hypothesis, group)
     if group[0].candidate is CONTACT:
         return _contact_reduction(hypothesis, rest, group)
     shown = where_it_shows(hypothesis, [hypothesis.accepted.index(one) for one in group])
     squares_of_weights = shown / hypothesis.fit.sigma**2
     labels = blocks(hypothesis.data, float(hypothesis.fit.memory.max()))
-    joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
-    robot = hypothesis.problem.model.robot
-    prior = np.concatenate([prior_precision(a.effect, len(a.effect.columns(robot))) for a in group])
-    before, after = (
-        squares_of_weights * squares
-        for squares in (rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior))
-    )
+    before, after = (squares_of_weights * squares for squares in _left_out(hypothesis, rest, group))
+    if old:
+        without, left = _left_out(hypothesis, _without(hypothesis, [*group, *old]), group)
+        before = after + squares_of_weights * (without - left)
     rows = float(weighted_rows(hypothesis, labels >= 0) @ squares_of_weights)
-    sizes = [float(np.sqrt(cost.sum() / rows)) for cost in (before, after)]
+    sizes = [float(np.sqrt(max(0.0, cost.sum()) / rows)) for cost in (before, after)]
     return Reduction(
         rms_before=sizes[0],
         rms_after=sizes[1],
         reduction_percent=100 * (1 - sizes[1] / sizes[0]) if sizes[0] > 0 else 0.0,
         interval95=resampled_reduction(before.sum(axis=1), after.sum(axis=1), hypothesis.problem.seed),
     )
+
+
+def _left_out(hypothesis: Hypothesis, rest: Hypothesis, group: Sequence[AcceptedEffect]) -> tuple[Array, Array]:
+    """The squared left-out residual of each block and joint of a hypothesis without and with a group."""
+    joined = joined_columns([hypothesis.columns(a.candidate, a.effect) for a in group])
+    robot = hypothesis.problem.model.robot
+    prior = np.concatenate([prior_precision(a.effect, len(a.effect.columns(robot))) for a in group])
+    return rest.left_out_squares, rest.left_out_fits.squares_of_blocks(joined, prior)
 
 
 def _contact_reduction(hypothesis: Hypothesis, rest: Hypothesis, group: Sequence[AcceptedEffect]) -> Reduction:

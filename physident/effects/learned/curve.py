@@ -186,7 +186,7 @@ class LearnedCurve(Effect):
         return [replace(cls(joints).placed(robot, signals), amplitude=(1.0,))]  # pyright: ignore[reportReturnType]
 
     @classmethod
-    def at_grid_middle(cls, joints: tuple[int, ...] | None = None) -> Self:
+    def at_grid_middle(cls, robot: Robot, joints: tuple[int, ...] | None = None) -> Self:
         low, high = cls.middle
         return cls(joints, (low,), (high,), (1.0,))
 

@@ -21,7 +21,7 @@ from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
-CREEP = 0.01  # rad/s|m/s: there a dry sign has turned, and viscous friction is a few per cent of the dry one
+CREEP = 0.01  # rad/s: there a dry sign has turned, and viscous friction is a few per cent of the dry one
 TURNED = 3.0  # widths of a smooth sign: tanh(3) is one to half a per cent
 KNOWN = 0.03  # standard deviation of a sign, below which it counts as known: its friction then errs by three per cent
 ROUNDS = 3  # of weights and residual's size, each from the other; the second changes weights by a few per cent
@@ -36,7 +36,7 @@ def spread_rows(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signa
 def creep(model: Model) -> Array:
     """The speed (n,) [rad/s|m/s] of each joint at which its dry friction has turned, however wide its sign is."""
     stated = [widths for effect in model.effects if (widths := effect.transition(model.robot)) is not None]
-    return np.maximum(CREEP, TURNED * np.max([np.zeros(model.robot.n), *stated], axis=0))
+    return np.maximum(CREEP * model.robot.radian, TURNED * np.max([np.zeros(model.robot.n), *stated], axis=0))
 
 
 def dry_level(model: Model) -> Array:

@@ -26,7 +26,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 TOLD_APART = 3.84  # 95 % of the squares by which one parameter fits noise better, in units of its variance
-WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s|m/s
+WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s
 
 
 def with_transitions(
@@ -48,12 +48,15 @@ def with_transitions(
     found = list(effects)
     for place in places:
         effect = effects[place]
-        tried = [build_regressor(robot, [replace(effect, smoothing=width)], signals, filter).joints for width in WIDTHS]
+        active = effect.active(robot)
+        every = [replace(effect, smoothing=tuple(width * robot.radian[active])) for width in WIDTHS]
+        tried = [build_regressor(robot, [one], signals, filter).joints for one in every]
         levels = _levels(robot, effects)
         independent = [i for i in find_base_parameters(robot, effects).independent if i not in levels]
         widths = [
-            _best_width(regressor, tried[: _count(widest, j)], weights, j, k, independent, filter.cutoff)
-            for k, j in enumerate(effect.active(robot))
+            robot.radian[j]
+            * _best_width(regressor, tried[: _count(robot, widest, j)], weights, j, k, independent, filter.cutoff)
+            for k, j in enumerate(active)
         ]
         found[place] = replace(effect, smoothing=tuple(widths))
     dry = [effect for effect in found if effect.dry]
@@ -86,9 +89,10 @@ def _levels(robot: Robot, effects: Sequence[Effect]) -> set[int]:
     }
 
 
-def _count(widest: Array | None, j: int) -> int:
+def _count(robot: Robot, widest: Array | None, j: int) -> int:
     """How many widths are tried for joint j (index)."""
-    return len(WIDTHS) if widest is None else int(np.searchsorted(WIDTHS, widest[j], side="right"))
+    own = np.array(WIDTHS) * robot.radian[j]
+    return len(WIDTHS) if widest is None else int(np.searchsorted(own, widest[j], side="right"))
 
 
 def _best_width(
@@ -100,7 +104,7 @@ def _best_width(
     independent: Sequence[int],
     cutoff: float,
 ) -> float:
-    """The smallest width [rad/s|m/s] that the rows of joint j (index) do not tell from the one with which they leave least;
+    """The smallest of the widths that the rows of joint j (index) do not tell from the one with which they leave least;
     ``k`` is its column in the tried ones."""
     rows, w = regressor.joints[j], weights[:, j, None]
     signs = [one[j].plain[:, list(one[j].columns).index(k)] for one in tried]

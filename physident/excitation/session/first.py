@@ -49,7 +49,7 @@ def effect_at(model: Model, name: str, joints: tuple[int, ...]) -> Effect:
         chosen = {f: tuple(v[i] for i in index) if len(v) > 1 else v for f, v in given.items()}
         return type(effect)(joints=joints, **chosen)
     beside = cls.options_beside(model.robot, model.effect_parameters())
-    return beside[0] if beside else cls.at_grid_middle(joints or None)
+    return beside[0] if beside else cls.at_grid_middle(model.robot, joints or None)
 
 
 def noise_of(estimate: Estimate) -> tuple[Noise, str]:
