@@ -33,6 +33,23 @@ def test_facts_of_a_made_recording() -> None:
     assert "suggested --cutoff" in repr(seen)
 
 
+def test_the_noise_of_a_motion_is_that_of_its_instruments_whatever_its_clock_does() -> None:
+    """Each sample is taken when its clock says so, at steps that are a tenth uneven: that is no noise of the motion."""
+    rng, position, velocity = np.random.default_rng(4), 3e-5, 2e-3
+    for uneven in (0.0, 0.1):
+        step = 0.004 * (1 + uneven * rng.uniform(-1, 1, size=5000))
+        time = np.cumsum(step)
+        angle = time[:, None] * [3.1, 7.3] + [0.2, 1.1]
+        q = np.sin(angle) + position * rng.normal(size=angle.shape)
+        dq = np.cos(angle) * [3.1, 7.3] + velocity * rng.normal(size=angle.shape)
+        effort = q + 0.01 * rng.normal(size=q.shape)
+        seen = pid.inspect_recording(pid.Recording.from_arrays(time, q, dq=dq, effort=effort, source="made"))
+        # samples between two others have less noise than either
+        for found, true in zip(seen.noise[:, :2].T, (position, velocity), strict=True):
+            assert (found > 0.5 * true).all(), uneven
+            assert (found < 1.5 * true).all(), uneven
+
+
 def test_visibility_equals_a_projection(ur5: pid.Robot) -> None:
     effects = pid.make_effects(["rigid_body", "rotor_inertia", "coulomb_friction"])
     filter = pid.Filter()

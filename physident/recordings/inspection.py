@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 from physident.large_arrays import blocks, limits, magnitude
 from physident.recordings.channels import BadRow
-from physident.recordings.motion_smoothing import encoder_step, estimate_noise, velocity_std
-from physident.recordings.preparation import differentiate, prepare
+from physident.recordings.motion_smoothing import velocity_std
+from physident.recordings.preparation import differentiate, motion_noise, prepare
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
@@ -124,7 +124,7 @@ def inspect_recording(recording: Recording, robot: Robot | None = None) -> Inspe
         effort=limits(recording.effort),
         velocity_error=np.array([e[0] for e in errors]),
         velocity_delay=np.array([e[1] for e in errors]),
-        noise=np.array([_noise(recording, rate, j) for j in range(recording.n)]),
+        noise=np.array([(one.position, one.velocity, velocity_std(rate, one)) for one in motion_noise(unit, wide)]),
         rest=_rest(signals.time, signals.v),
         motion_band=motion,
         effort_band=np.array([one.band for one in efforts]),
@@ -138,13 +138,6 @@ def _known(values: Array) -> Any:
     if values.ndim:
         return [_known(part) for part in values]
     return float(values) if np.isfinite(values) else None
-
-
-def _noise(recording: Recording, rate: float, joint: int) -> tuple[float, float, float]:
-    """Standard deviations of one joint's positions, velocities, and the velocity that is found from both."""
-    q, dq = recording.q[:, joint], None if recording.dq is None else recording.dq[:, joint]
-    noise = estimate_noise(q, dq, rate, encoder_step(q))
-    return noise.position, noise.velocity, velocity_std(rate, noise)
 
 
 def _velocity_agreement(recording: Recording, filter: Filter) -> list[tuple[float, float]]:

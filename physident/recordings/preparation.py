@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 from physident.large_arrays import blocks, empty, is_shared, joined_rows, release
 from physident.processes import each
-from physident.recordings.motion_smoothing import encoder_step, estimate_noise, pieces_of, smooth_piece, velocity_std
+from physident.recordings.motion_smoothing import (
+    MotionNoise,
+    encoder_step,
+    estimate_noise,
+    pieces_of,
+    smooth_piece,
+    velocity_std,
+)
 from physident.recordings.recording import Recording
 from physident.recordings.rests import Rests, fewest_samples, find_rests
 from physident.recordings.rows import position_jumps, typical_step
@@ -36,12 +43,25 @@ def differentiate(recording: Recording, filter: Filter) -> Signals:
     return _prepared(recording, filter, _differentiated)
 
 
+def motion_noise(recording: Recording, filter: Filter) -> list[MotionNoise]:
+    """The noise of each joint's positions and velocities, as ``prepare`` takes it in the longest part of a recording without gaps."""
+    parts, rate = _parts(recording, filter)
+    rows, clock = max(parts, key=lambda part: len(part[1]))
+    measured, _, _, dq = _resampled(recording, rows, clock)
+    return _noise(recording, measured, dq, rate)
+
+
 def _prepared(recording: Recording, filter: Filter, uniform: Callable[..., Signals]) -> Signals:
     """The contiguous parts of a recording, each made ``uniform``, as one."""
+    parts, rate = _parts(recording, filter)
+    return _joined([uniform(recording, rows, clock, rate, filter) for rows, clock in parts], rate, recording)
+
+
+def _parts(recording: Recording, filter: Filter) -> tuple[list[tuple[slice, Array]], float]:
+    """The rows and the uniform clock of each contiguous part that is as long as the filter, and the clock's rate [Hz]."""
     step = typical_step(recording.time)
     rate = filter.rate or round(1 / step, 3)
-    filter.taps(rate)
-    parts: list[Signals] = []
+    need, parts = len(filter.taps(rate)) / rate, []
     for rows in _contiguous(recording, step, filter):
         time = recording.time[rows]
         count = int((time[-1] - time[0]) * rate + 1e-6) + 1
@@ -49,24 +69,20 @@ def _prepared(recording: Recording, filter: Filter, uniform: Callable[..., Signa
             clock = empty(count)
             for some in blocks(count):
                 clock[some] = time[0] + np.arange(some.start, some.stop) / rate
-            parts.append(uniform(recording, rows, clock, rate, filter))
+            parts.append((rows, clock))
     if not parts:
-        need = len(filter.taps(rate)) / rate
         raise InputError(
             f"{recording.source}: no part without gaps is as long as the filter ({need:.2g} s);"
             " use a higher cutoff or a better recording"
         )
-    return _joined(parts, rate, recording)
+    return parts, rate
 
 
 def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:
     """One contiguous part of a recording on a uniform clock, with the motion that its positions and velocities make most likely."""
     measured, torque, temperature, dq = _resampled(recording, rows, clock)
     speeds = [None] * recording.n if dq is None else list(dq.T)
-    noise = [
-        estimate_noise(q, speed, rate, encoder_step(recorded))
-        for q, speed, recorded in zip(measured.T, speeds, recording.q.T, strict=True)
-    ]
+    noise = _noise(recording, measured, dq, rate)
     q, v, a = (empty(measured.shape) for _ in range(3))
 
     def smooth(piece: slice) -> None:
@@ -84,6 +100,15 @@ def _most_likely(recording: Recording, rows: slice, clock: Array, rate: float, f
             for j, (one, std) in enumerate(zip(noise, stds, strict=True))
         ),
     )  # fmt: skip
+
+
+def _noise(recording: Recording, q: Array, dq: Array | None, rate: float) -> list[MotionNoise]:
+    """The noise of each joint's positions and velocities (N, n), on a uniform clock at ``rate`` [Hz]."""
+    speeds = [None] * recording.n if dq is None else dq.T
+    return [
+        estimate_noise(position, speed, rate, encoder_step(recorded))
+        for position, speed, recorded in zip(q.T, speeds, recording.q.T, strict=True)
+    ]
 
 
 def _differentiated(recording: Recording, rows: slice, clock: Array, rate: float, filter: Filter) -> Signals:

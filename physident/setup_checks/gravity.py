@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from physident.setup_checks.finding import SetupFinding, joint_list, within
 from physident.setup_checks.jackknife import Interval, jackknife
-from physident.setup_checks.joint_fit import Moments, coefficients, dissipation, inertia_factor, own_unexplained
+from physident.setup_checks.joint_fit import (
+    Moments,
+    coefficients,
+    dissipation,
+    inertia_factor,
+    inertia_factors,
+    own_unexplained,
+)
 from physident.setup_checks.rows import STRONG, Rows
 
 Array = NDArray[np.float64]
@@ -137,6 +144,8 @@ def _opposite(scale: GravityScale, evidence: str, n: int) -> SetupFinding:
 
 def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
     """The same for an arm whose gravity torque does not change, by its inertia with that of its rotors."""
+    if (light := _light_joints(rows, moments)) is not None:
+        return light
     replicates = np.array([inertia_factor(rows, moments, b) for b in range(moments.blocks)])
     found = jackknife(np.array(inertia_factor(rows, moments)), replicates)
     if not np.isfinite(found.value):
@@ -146,6 +155,30 @@ def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFin
     value = float(found.value)
     evidence = f"measured inertia torque is {value:.2g} ({float(found.low):.2g} to {float(found.high):.2g}) times the description's"
     return _size_finding(evidence, value, effort_kind, ANOTHER_INERTIA)
+
+
+def _light_joints(rows: Rows, moments: Moments) -> SetupFinding | None:
+    """Joints whose inertia is surely less than that of any links like the description's, while others' is not: rotors only add."""
+    replicates = np.array([inertia_factors(rows, moments, b) for b in range(moments.blocks)])
+    own = jackknife(inertia_factors(rows, moments), replicates)
+    light = own.high < MOTOR_SIDE
+    if not light.any() or light[rows.strong()].all():
+        return None
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(light))
+    listed = ", ".join(f"{own.value[j - 1]:.2g} on joint {j}" for j in joints)
+    evidence = f"factor of the description's inertia: {listed}"
+    return _out_of_proportion(joints, evidence, ("the description's inertia is a placeholder",))
+
+
+def _out_of_proportion(joints: tuple[int, ...], evidence: str, rivals: tuple[str, ...] = ()) -> SetupFinding:
+    return SetupFinding(
+        kind="joint_gain",
+        joints=joints,
+        statement=f"the effort of {joint_list(joints)} is out of proportion with the other joints; check its drive gain or unit",
+        evidence=evidence,
+        void=True,
+        rivals=rivals,
+    )
 
 
 def _wrong_size(scale: GravityScale, evidence: str, value: float, effort_kind: str) -> SetupFinding:
@@ -221,13 +254,7 @@ def _single_joints(scale: GravityScale, absent: NDArray[np.bool_], n: int) -> Se
             evidence=evidence,
             void=True,
         )
-    return SetupFinding(
-        kind="joint_gain",
-        joints=joints,
-        statement=f"the effort of {joint_list(joints)} is out of proportion with the other joints; check its drive gain or unit",
-        evidence=evidence,
-        void=True,
-    )
+    return _out_of_proportion(joints, evidence)
 
 
 def fits_well(moments: Moments) -> bool:

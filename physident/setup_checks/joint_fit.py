@@ -104,12 +104,17 @@ def dissipation(rows: Rows, moments: Moments) -> Array:
 
 def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> float:
     """Fitted torque of links' and rotors' inertia over the description's, mean over the joints where the latter is large."""
+    own = inertia_factors(rows, moments, block)
+    strong = rows.strong() & np.isfinite(own)
+    return float(np.exp(np.mean(np.log(np.maximum(own[strong], 1e-6))))) if strong.any() else float("nan")
+
+
+def inertia_factors(rows: Rows, moments: Moments, block: int | None = None) -> Array:
+    """The same of each joint (n,); NaN where the description has no inertia that moves."""
     columns, theta = rows.columns, coefficients(moments, block)
     fitted, nominal = np.einsum("jmk,jk->jm", columns[:, :, 1:3], theta[:, 1:3]), columns[:, :, 1]
     power = (nominal**2).sum(axis=1)
-    strong = rows.strong() & (power > 0)
-    own = (fitted * nominal).sum(axis=1)[strong] / power[strong]
-    return float(np.exp(np.mean(np.log(np.maximum(own, 1e-6))))) if strong.any() else float("nan")
+    return np.where(power > 0, (fitted * nominal).sum(axis=1) / np.maximum(power, 1e-300), np.nan)
 
 
 def _factor(matrix: Array) -> Array:
