@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,28 @@ def check_order(rows: Rows, moments: Moments) -> SetupFinding | None:
     best = convincing[0]
     alike = [h for h in convincing[1:] if _total(h, shares) > _total(best, shares) - TWICE]
     rivals = [h for h in alike if (h.order != best.order).any() or (h.sign != best.sign).any()]
-    return _finding(best, rivals, shares)
+    finding = _finding(best, rivals, shares)
+    return _of_positions(finding) if finding.kind == "effort_sign" and _carries_as_described(rows, best) else finding
+
+
+def _carries_as_described(rows: Rows, turned: Hypothesis) -> bool:
+    """Whether the joints whose efforts go against their motion carry a weight that never changes, such as a slide's, in the described
+    direction: then it is their motion that is turned over."""
+    described, measured = rows.gravity[:, turned.sign < 0], rows.torque[:, turned.sign < 0].mean(axis=0)
+    weight = described.mean(axis=0)
+    constant = np.ptp(described, axis=0) < CERTAIN * np.abs(weight)
+    return bool((constant & (measured * weight > 0) & (np.abs(measured) > np.abs(weight) / 2)).all())
+
+
+def _of_positions(finding: SetupFinding) -> SetupFinding:
+    """The finding about the efforts' sign as one about the positions'."""
+    joints = joint_list(finding.joints)
+    return replace(
+        finding,
+        kind="position_sign",
+        statement=f"the position of {joints} counts the other way; its friction would drive the motion, while it carries its weight as described:"
+        " turn the sign of q and dq over",
+    )
 
 
 def check_labels(rows: Rows, moments: Moments, than: float = 0.0) -> SetupFinding | None:
