@@ -103,7 +103,7 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "payload of another robot": (["payload", "one.csv", "--model", "m.json"], "1 joints, but robot arm has 2"),
     "payload on friction alone": (["payload", "b.csv", "--model", "f.json"], "no rigid_body"),
     "payload with empty columns": (["payload", "b.csv", "--model", "m.json", "--columns", ""], "columns"),
-    "payload that the motion hides": (["payload", "b.csv", "--model", "m.json"], "does not show"),
+    "payload that the motion hides": (["payload", "b.csv", "--model", "m.json"], "no motion of this arm shows"),
     "payload of one recording twice": (["payload", "b.csv", "./b.csv", "--model", "m.json"], "each recording once"),
     "gains of one recording twice": ([*GAINS, "1.5", "--loaded", "./j.csv"], "each recording once"),
     "gains onto a recording": ([*GAINS, "1.5", "--json", "i.csv"], OUTPUT),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
+from physident.effects.inertia import RigidBody
 from physident.errors import InputError, NotSolvedError, warn
 from physident.estimation.dry_friction.row_weights import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
@@ -25,6 +26,7 @@ from physident.estimation.payload.payload import Payload
 from physident.estimation.physical.cones import Cones, MatrixInequality
 from physident.estimation.uncertainty import BLOCK_PERIODS, FEWEST_BLOCKS, block_labels, correlation_rows, t_quantile
 from physident.estimation.weighting import Compressed, compress, weight_rows
+from physident.identifiability.base_parameters import random_motion
 from physident.large_arrays import blocks
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
@@ -40,6 +42,7 @@ MIN_SOLVED = 0.95  # share of the draws that must be solved
 MAX_ROUNDS = 50
 LARGEST = 1e6  # kg, kg m, kg m^2: rounds that reach it do not settle
 SETTLED = 1e-6  # change of the load from one round to the next
+UNSHOWN = 1e-6  # of the best shown direction: rounding
 MIN_TORQUE = 0.25  # a joint whose load torque is a smaller share of its residual is not evaluated alone
 
 
@@ -102,7 +105,7 @@ def _free_load(estimate: Estimate, signals: Sequence[Signals]) -> tuple[Regresso
             whole, load = _weighted(model, whole, signals, estimate.filter)
             free = least_squares(load, all_independent(load.columns), np.zeros(10), "diagonal")
         if np.linalg.norm(free.base - parameters) <= SETTLED * np.linalg.norm(free.base) or not model_dependent:
-            _refuse_hidden(free)
+            _refuse_hidden(free, model)
             for warning in caught:
                 warn(str(warning.message))
             return whole, load, free
@@ -150,12 +153,26 @@ def _refuse_fitted(estimate: Estimate, recordings: Sequence[Recording]) -> None:
             )
 
 
-def _refuse_hidden(free: Solution) -> None:
+def _refuse_hidden(free: Solution, model: Model) -> None:
     hidden = [name for name, seen in zip(PARAMETER_NAMES, free.determined, strict=True) if not seen]
+    if hidden and any(name in hidden for name in _shown_by_no_motion(model)):
+        raise InputError(
+            f"no motion of this arm shows {', '.join(hidden)} of a load on its own; physident diagnose tells what it shows of the load (payload)"
+        )
     if hidden:
         raise InputError(
             f"the motion does not show {', '.join(hidden)} of the load on its own; expected motion of every joint that turns the load about three axes"
         )
+
+
+def _shown_by_no_motion(model: Model) -> list[str]:
+    """The parameters of a load that the arm's joints cannot tell from others: of a SCARA's quill, most moments of inertia."""
+    columns = RigidBody().regressor(model.robot, model.refer(random_motion(model.robot, 0)))[:, :, -10:].reshape(-1, 10)
+    _, sizes, directions = np.linalg.svd(
+        columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12), full_matrices=True
+    )
+    hidden = np.abs(directions[sizes < UNSHOWN * sizes[0]]).max(axis=0, initial=0.0) > UNSHOWN
+    return [name for name, never in zip(PARAMETER_NAMES, hidden, strict=True) if never]
 
 
 def _arm_covariance(estimate: Estimate, whole: Regressor, load: Regressor, sigma: Array) -> Array:
