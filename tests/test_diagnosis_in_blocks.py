@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,32 +10,18 @@ import pytest
 import physident as pid
 from physident.large_arrays import LARGE
 from physident.processes import VARIABLE
-from tests.exact_friction import exact_arm
-from tests.plant import Sensors, hide, multisine, record
+from tests.serial_arms import ARMS, urdf
+from tests.test_friction_level_of_bristles import LEVEL, MORE, ORDINARY, recorded
 
 BLOCK = 256  # rows: a recording of the test has some hundreds after the filter
 
 
-@pytest.fixture(scope="module")
-def recordings(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[pid.Recording], list[pid.Recording]]:
-    """Two recordings of a healthy arm, and two of the same arm with another friction on joint 2."""
-    folder, later = tmp_path_factory.mktemp("blocks"), hide(exact_arm(), "load_dependent_friction", 2, 0.08)
-    found = []
-    for seed, arm in ((1, exact_arm()), (3, exact_arm()), (7, later), (9, later)):
-        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
-        found.append(pid.load_recording(folder / f"{seed}.csv"))
-    return found[:2], found[2:]
-
-
-def test_a_diagnosis_in_blocks_is_that_of_one_block(
-    recordings: tuple[list[pid.Recording], list[pid.Recording]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clean, changed = recordings
-    estimate = pid.identify("ur5", clean)
+def test_a_diagnosis_in_blocks_is_that_of_one_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
+    estimate = pid.identify(pid.load_robot(tmp_path / "two.urdf"), [recorded(1, LEVEL), recorded(2, LEVEL)], ORDINARY)
+    changed = [recorded(3, LEVEL + MORE), recorded(4, LEVEL + MORE)]
     whole = pid.diagnose_motion(estimate, changed).as_dict()
-    assert any(
-        finding["effect"] == "load_dependent_friction" and finding["joints"] == [2] for finding in whole["findings"]
-    )
+    assert any(finding["grade"] == "cause" and finding["joints"] == [1] for finding in whole["findings"])
     monkeypatch.setenv(VARIABLE, "2")
     for place in (
         "large_arrays.BLOCK",

@@ -45,7 +45,7 @@ def good(ur5: pid.Robot) -> pid.Recording:
 
 
 @settings(
-    max_examples=15,
+    max_examples=10,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
