@@ -20,18 +20,22 @@ from physident.excitation.search.ipopt import minimise
 from physident.excitation.search.problem import Solution, Stage
 from physident.excitation.search.search import _later_solutions
 from physident.excitation.task import CHECKED, task_of
+from tests.serial_arms import ARMS, urdf
 
 GENERATIONS = 4
 
 
 @pytest.fixture(scope="module")
-def designs(ur5: pid.Robot) -> dict[str, pid.Design]:
-    """Quick ones: of the bare arm, by another criterion, and one that tells two rivals apart."""
+def designs(ur5: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, pid.Design]:
+    """Quick ones: of the bare arm; by another criterion, and one that tells two rivals apart, of an arm of two joints."""
+    path = tmp_path_factory.mktemp("arm") / "two.urdf"
+    path.write_text(urdf(ARMS["two"]))
+    two = pid.load_robot(path)
     quick: dict[str, Any] = {"limits": "joint", "harmonics": 3, "starts": 2, "generations": GENERATIONS, "seed": 1}
-    told = pid.design_discriminating(ur5, "coulomb_friction", "load_dependent_friction", joint=2, noise=0.5, **quick)
+    told = pid.design_discriminating(two, "coulomb_friction", "load_dependent_friction", joint=2, noise=0.5, **quick)
     return {
         "condition": pid.design_trajectory(ur5, **quick),
-        "d_optimal": pid.design_trajectory(ur5, "d_optimal", **quick),
+        "d_optimal": pid.design_trajectory(two, "d_optimal", **quick),
         "rivals": told.design,
     }
 

@@ -53,7 +53,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
             break
         progress(f"learned {placed(better)}")
         now = state_hypothesis(now.problem, (*now.accepted, better), now.model, now.data)
-    now = now if overfull else _with_one_story(now, pool, threshold, progress)
+    now = now if overfull else _with_one_story(_with_laws_of_their_shape(now, progress), pool, threshold, progress)
     curves = [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]
     if len(now.accepted) == len(start.accepted) and all(
         a is b for a, b in zip(now.accepted, start.accepted, strict=True)
@@ -115,14 +115,28 @@ def _with_replacements(
     return now
 
 
+def _with_laws_of_their_shape(now: Hypothesis, progress: Callable[[str], None]) -> Hypothesis:
+    """The hypothesis with a law in the place of each curve, and of its joint's laws of the same quantity, where that takes as much alone."""
+    for curve in [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]:
+        (joint,), variable = curve.candidate.joints, curve.effect.variable
+        parts = [one for one in now.accepted if one is curve or _is_law(now, one, joint, variable or "")]
+        rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in parts], now.model, now.data)
+        law = _law_of_its_shape(rest, curve.candidate)
+        if law is not None:
+            progress(f"removed {', '.join(map(placed, parts))}: {placed(law)} takes as much alone")
+            now = state_hypothesis(now.problem, (*rest.accepted, law), now.model, now.data)
+    return now
+
+
 def _with_one_story(now: Hypothesis, pool: CurvePool, threshold: float, progress: Callable[[str], None]) -> Hypothesis:
     """The hypothesis with a curve in the place of each joint's laws of velocity, where another joint's friction needs a curve and left-out
-    rows do not object: what bends the friction of several joints is one thing, and a law that fits one of them does so by chance."""
+    rows do not object: what bends the friction of several joints is one thing, and a law that fits one of them does so by chance. A law that
+    the model has bends nothing: its value changed."""
     if not any(isinstance(one.effect, LearnedCurve) and one.effect.variable == "velocity" for one in now.accepted):
         return now
     for joint in range(1, now.problem.model.robot.n + 1):
         laws = [one for one in now.accepted if _is_law(now, one, joint, "velocity")]
-        if not laws:
+        if all(one.candidate.key in now.problem.present for one in laws):
             continue
         rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
         curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == "velocity"], threshold)
