@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.learned.nearest_law import SAME_SHAPE, laws_of_joint, shares_of_curve
+from physident.diagnosis.learned.nearest_law import AS_MUCH, laws_of_joint, shares_of_curve
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
@@ -196,10 +196,10 @@ def _clearly_less(now: Hypothesis, cost: Array, other: Array) -> bool:
 
 
 def _law_of_its_shape(rest: Hypothesis, curve: Candidate) -> AcceptedEffect | None:
-    """The law of the same joint that is within ``SAME_SHAPE`` of a curve, the one of the most gain; None where there is none."""
+    """The law of the same joint, or of the whole arm, that takes as much as a curve, the one of the most gain; None where there is none."""
     laws = laws_of_joint(rest, curve.joints)
     for share, law in sorted(zip(shares_of_curve(rest, curve, laws), laws, strict=True), key=lambda pair: -pair[0]):
-        if share < 1 - (SAME_SHAPE / 100) ** 2:
+        if share < AS_MUCH:
             return None
         if is_admissible(rest, law):
             return AcceptedEffect(law, refine_shape(rest, law))
