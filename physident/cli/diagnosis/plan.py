@@ -44,7 +44,8 @@ def plan(
         ),
     ] = None,
     minutes: Annotated[
-        float, typer.Option("--minutes", metavar="MIN", help="Time in motion [min], all pieces together.")
+        float,
+        typer.Option("--minutes", metavar="MIN", help="Time in motion [min], all pieces together, to within a piece."),
     ] = 3.0,
     load: Annotated[
         float | None,

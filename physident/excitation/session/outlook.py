@@ -90,4 +90,5 @@ def _detail(evidence: Evidence, k: int, noncentrality: float, smallest: float) -
     size = abs(float(sizes[0]))
     known = "as diagnosed" if question.sizes else "as large as the noise"
     unit = next(column.unit for column in columns)
-    return f"at {size:.3g} {unit}, {known}; 80 % power from {smallest * size:.2g}"
+    number = f"{size:.3g} {unit}".removesuffix(" 1")
+    return f"at {number}, {known}; 80 % power from {smallest * size:.2g}"
