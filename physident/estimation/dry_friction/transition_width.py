@@ -58,7 +58,7 @@ def with_transitions(
             * _best_width(regressor, tried[: _count(robot, widest, j)], weights, j, k, independent, filter.cutoff)
             for k, j in enumerate(active)
         ]
-        found[place] = replace(effect, smoothing=tuple(widths))
+        found[place] = replace(effect, smoothing=tuple(map(float, widths)))
     dry = [effect for effect in found if effect.dry]
     owner = [effect for effect in found for _ in effect.columns(robot)]
     columns = np.array([i for i, effect in enumerate(owner) if effect.dry], dtype=np.intp)
