@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 import physident as pid
@@ -25,3 +27,16 @@ def followed(model: pid.Model, motion: Motion, sensors: pid.Sensors, seed: int) 
     truth = replace(planned, torque=model.torque(planned), rate=1 / STEP)
     table = sensors.read(model.robot, truth, motion.duration, np.random.default_rng(seed))
     return Simulation(model, motion, sensors=sensors, seed=seed).recording(table)
+
+
+def follow_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every simulated arm follow its plan as here, also where it is simulated by the command line."""
+
+    def integrate(model: pid.Model, motion: Motion, *given: Any) -> pid.Signals:
+        step = given[2]
+        parts = [(e, t) for e, t in model.effect_parameters() if e.acts_on == "plant"]
+        plant = pid.Model(model.robot, tuple(e for e, _ in parts), np.concatenate([t for _, t in parts]))
+        planned = motion.states(step * np.arange(round(motion.duration / step) + 1, dtype=float))
+        return replace(planned, torque=plant.torque(planned), rate=1 / step, source="simulation")
+
+    monkeypatch.setattr("physident.simulation.simulate.integrate", integrate)

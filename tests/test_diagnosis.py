@@ -12,12 +12,13 @@ import pytest
 import physident as pid
 from physident.cli import run
 from tests.exact_friction import exact_arm
+from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 
 
 def recorded(folder: Path, name: str, arm: Arm, seed: int) -> pid.Recording:
     path = folder / f"{name}_{seed}.csv"
-    record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(path)
+    record(arm, multisine(seed), Sensors(), seed, step=STEP).write_csv(path)
     return pid.load_recording(path)
 
 

@@ -15,6 +15,7 @@ from physident.effects.transmission import LoadDependentFriction
 from physident.estimation.estimate import as_estimate
 from tests.bad_input import one_line_error
 from tests.bad_input.good import URDF
+from tests.followed import follow_exactly
 from tests.test_how_to import played
 
 FAST = ["--minutes", "1", "--limits", "joint", "--pool", "6"]
@@ -59,6 +60,7 @@ def test_the_page_runs_and_the_next_session_counts_what_was_known(start, tmp_pat
             assert pid.load_trajectory(f"{folder}/{leg['name']}.json").violations(pid.load_robot("arm.urdf")) == []
             assert all(Path(folder, f"{leg['name']}{end}").stat().st_size > 50 for end in (".csv", ".script", ".yaml"))
         assert Path(folder, "preview.rrd").stat().st_size > 10_000
+    follow_exactly(monkeypatch)  # that the arm can follow the planned motions was seen on the page
     in_order = [f"second_{leg['name']}.csv" for leg in saved["legs"]]
     for leg, to in zip(saved["legs"], in_order, strict=True):
         command = ["simulate", "--model", "truth.json", "--trajectory", f"second/{leg['name']}.json"]
@@ -106,6 +108,7 @@ def test_what_cannot_be_planned_is_refused_in_one_line(session, tmp_path, monkey
 def test_recordings_of_other_pieces_are_refused_and_of_none_are_named(session, tmp_path, monkeypatch, capfd) -> None:
     shutil.copytree(session, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    follow_exactly(monkeypatch)
     legs = [leg["name"] for leg in json.loads(Path("first/session.json").read_text())["legs"]]
     for k, name in enumerate(legs):
         made = ["simulate", "--model", "truth.json", "--trajectory", f"first/{name}.json", "--sensors", "sensors.json"]
@@ -146,6 +149,7 @@ def test_recordings_of_other_pieces_are_refused_and_of_none_are_named(session, t
 def test_earlier_motions_that_cannot_be_repeated_are_named(session, tmp_path, monkeypatch, capfd) -> None:
     shutil.copytree(session, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    follow_exactly(monkeypatch)
     leg = json.loads(Path("first/session.json").read_text())["legs"][0]["name"]
     made = ["simulate", "--model", "truth.json", "--trajectory", f"first/{leg}.json", "--sensors", "sensors.json"]
     assert run([*made, "--seed", "1", "--out", "whole.csv"]) == 0

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.search.forward_search import SearchResult, search_effects
 from physident.diagnosis.search.turning_speeds import _with_speeds_beside, search_with_turning_speeds
-from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Sensors, hide, multisine, record
 
 SLIP = 0.003  # rad
@@ -31,36 +29,38 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
 
 
 @pytest.fixture(scope="module")
-def problem(ur5: pid.Robot, runs: list[pid.Recording]) -> DiagnosisProblem:
-    estimate = pid.identify(ur5, runs[:2])
-    signals = prepare_all(ur5, runs[:2], estimate.filter)
-    return state_problem("missing", estimate, signals, estimate.filter, 0)
+def estimate(ur5: pid.Robot, runs: list[pid.Recording]) -> pid.Estimate:
+    return pid.identify(ur5, runs[:2])
 
 
 @pytest.fixture(scope="module")
-def once(problem: DiagnosisProblem) -> SearchResult:
-    return search_effects(problem)
+def diagnosed(runs: list[pid.Recording], estimate: pid.Estimate) -> tuple[SearchResult, SearchResult, pid.Diagnosis]:
+    """The search that a diagnosis begins with, the one in it that tries other speeds, and the diagnosis."""
+    single, found = [], []
 
-
-@pytest.fixture(scope="module")
-def diagnosed(runs: list[pid.Recording], problem: DiagnosisProblem) -> tuple[SearchResult, pid.Diagnosis]:
-    """A diagnosis, and the search in it that tries other speeds."""
-    found = []
+    def search_once(*given: Any) -> SearchResult:
+        single.append(search_effects(*given))
+        return single[-1]
 
     def search(*given: Any) -> SearchResult:
         found.append(search_with_turning_speeds(*given))
         return found[-1]
 
-    assert isinstance(problem.given, pid.Estimate)
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("physident.diagnosis.search.turning_speeds.search_effects", search_once)
         patch.setattr("physident.diagnosis.learned.search_and_learn.search_with_turning_speeds", search)
-        diagnosis = pid.diagnose_motion(problem.given, runs[:2])
-    return found[0], diagnosis
+        diagnosis = pid.diagnose_motion(estimate, runs[:2])
+    return single[0], found[0], diagnosis
 
 
 @pytest.fixture(scope="module")
-def again(diagnosed: tuple[SearchResult, pid.Diagnosis]) -> SearchResult:
+def once(diagnosed: tuple[SearchResult, SearchResult, pid.Diagnosis]) -> SearchResult:
     return diagnosed[0]
+
+
+@pytest.fixture(scope="module")
+def again(diagnosed: tuple[SearchResult, SearchResult, pid.Diagnosis]) -> SearchResult:
+    return diagnosed[1]
 
 
 def widths(found: SearchResult) -> np.ndarray:
@@ -85,12 +85,11 @@ def test_beside_what_was_found_friction_turns_faster_and_never_slower(once: Sear
 
 
 def test_the_extended_model_is_closer_to_a_run_that_it_never_saw(
-    runs: list[pid.Recording], problem: DiagnosisProblem, diagnosed: tuple[SearchResult, pid.Diagnosis]
+    runs: list[pid.Recording], estimate: pid.Estimate, diagnosed: tuple[SearchResult, SearchResult, pid.Diagnosis]
 ) -> None:
-    given, found = problem.given, diagnosed[1]
-    assert isinstance(given, pid.Estimate)
+    found = diagnosed[2]
     assert found.estimate is not None
-    gain = pid.validate(found.estimate, runs[2:]).relative_all / pid.validate(given, runs[2:]).relative_all
+    gain = pid.validate(found.estimate, runs[2:]).relative_all / pid.validate(estimate, runs[2:]).relative_all
     assert np.max(gain) < 0.6
 
 

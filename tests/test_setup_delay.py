@@ -1,0 +1,57 @@
+"""Slow motions of an arm whose friction grows with load: what the description lacks is no delay between the channels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.setup_checks.check_setup import check_setup
+from tests.serial_arms import ARMS, urdf
+
+RUBS, OIL = 0.5, 1.0  # N m, N m s/rad
+PER_LOAD, GROWS = 0.4, 0.85  # N m of friction for a N m that a joint carries, and the power by which it grows with that
+
+
+def recorded(seed: int, late: float = 0.0) -> pid.Recording:
+    """Two joints that move from pose to pose; rigid torque by pinocchio, the efforts ``late`` [s] on the clock of the positions."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.008)
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    poses, lasts = rng.uniform(-1.5, 1.5, (11, 2)), 3.0
+
+    def motion(t: np.ndarray) -> np.ndarray:
+        """Positions, velocities and accelerations (3, N, 2) of steps by a polynomial of degree five that last 2 s, with a second of rest."""
+        k = np.clip((t / lasts).astype(int), 0, 9)
+        u = np.clip((t - k * lasts) / 2.0, 0.0, 1.0)[:, None]
+        parts = (10 * u**3 - 15 * u**4 + 6 * u**5, 15 * (u - u**2) ** 2, 15 * (u - u**2) * (1 - 2 * u))
+        return np.array(
+            [parts[0] * (poses[k + 1] - poses[k]) + poses[k], *(p * (poses[k + 1] - poses[k]) for p in parts[1:])]
+        )
+
+    q, v, a = motion(time - late)
+    data = model.createData()
+    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    tau += (RUBS + PER_LOAD * np.abs(tau) ** GROWS) * np.clip(v / 0.005, -1, 1) + OIL * v
+    tau += 0.02 * rng.standard_normal(tau.shape)
+    q, v, _ = motion(time)
+    return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{seed}")
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> pid.Robot:
+    path = tmp_path_factory.mktemp("delay") / "two.urdf"
+    path.write_text(urdf(ARMS["two"]))
+    return pid.load_robot(path)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_friction_that_a_description_lacks_is_no_delay(robot: pid.Robot, seed: int) -> None:
+    assert [finding.kind for finding in check_setup(robot, [recorded(seed)])] == []
+
+
+@pytest.mark.parametrize("late", [-0.1, 0.1])
+def test_a_delay_of_slow_motions_is_seen_all_the_same(robot: pid.Robot, late: float) -> None:
+    (found,) = check_setup(robot, [recorded(seed, late) for seed in (1, 2, 3, 4)])
+    assert found.kind == "effort_delay"
+    assert ("later" if late > 0 else "earlier") in found.statement
