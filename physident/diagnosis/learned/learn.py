@@ -116,13 +116,14 @@ def _with_replacements(
 
 
 def _with_laws_of_their_shape(now: Hypothesis, progress: Callable[[str], None]) -> Hypothesis:
-    """The hypothesis with a law in the place of each curve, and of its joint's laws of the same quantity, where that takes as much alone."""
+    """The hypothesis with a law that the model has in the place of each curve, and of its joint's laws of the same quantity, where that takes
+    as much alone: what changed is its value. Beside a law that the model lacks, a curve is what this leaves, and of use."""
     for curve in [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]:
         (joint,), variable = curve.candidate.joints, curve.effect.variable
         parts = [one for one in now.accepted if one is curve or _is_law(now, one, joint, variable or "")]
         rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in parts], now.model, now.data)
         law = _law_of_its_shape(rest, curve.candidate)
-        if law is not None:
+        if law is not None and law.candidate.key in now.problem.present:
             progress(f"removed {', '.join(map(placed, parts))}: {placed(law)} takes as much alone")
             now = state_hypothesis(now.problem, (*rest.accepted, law), now.model, now.data)
     return now
