@@ -158,10 +158,12 @@ def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFin
 
 
 def _light_joints(rows: Rows, moments: Moments) -> SetupFinding | None:
-    """Joints whose inertia is surely less than that of any links like the description's, while others' is not: rotors only add."""
+    """Joints whose inertia is surely less than that of any links like the description's, while others' is not: rotors only add.
+    Where it is small beside friction, nothing is known: the described inertia alone has to be more than all that was measured."""
     replicates = np.array([inertia_factors(rows, moments, b) for b in range(moments.blocks)])
     own = jackknife(inertia_factors(rows, moments), replicates)
-    light = own.high < MOTOR_SIDE
+    described, measured = rows.columns[:, :, 1].std(axis=1), rows.centred(rows.torque).std(axis=0)
+    light = (own.high < MOTOR_SIDE) & (described > measured)
     if not light.any() or light[rows.strong()].all():
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(light))
