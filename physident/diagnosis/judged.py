@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.asked import Asked
+from physident.diagnosis.graded import Graded, graded_beside_what_stays
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import sizes_of_changes
-from physident.diagnosis.grading.grades import expected_error, graded, is_patchwork, single_cause
+from physident.diagnosis.grading.grades import is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
-from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
@@ -27,7 +28,6 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.searched import Searched
 from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
-from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.diagnosis.statistics.stored_products import Key
 from physident.estimation.estimate import Estimate
 
@@ -50,23 +50,30 @@ class Judged:
 def judge(asked: Asked, searched: Searched) -> Judged:
     """What was found, held against rivals, halves, the control and unseen recordings."""
     last, hypothesis = searched.last, searched.last.hypothesis
-    problem, uncertainty = hypothesis.problem, uncertainty_of(hypothesis)
-    from_currents = any(recording.effort_kind == "current" for recording in asked.recordings)
+    problem = hypothesis.problem
     same = same_torque(hypothesis)
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
-    found = make_findings(hypothesis, checks, uncertainty, from_currents, trust, alike)
-    found = with_changes(found, sizes)
-    unexplained = describe_unexplained(hypothesis)
-    floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
-    expected = expected_error(hypothesis, asked.estimate, floor, unexplained)
-    findings, old = _apart(hypothesis, graded(hypothesis, found, expected, bool(asked.control)), alike)
-    findings = one_cause_a_torque(hypothesis, findings)
-    findings = with_confounder(findings, asked.control, asked.recordings)
-    refitted = _refitted(asked, hypothesis, uncertainty)
-    findings = held_to_unseen(hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
+    grade = partial(
+        graded_beside_what_stays,
+        hypothesis,
+        checks,
+        trust,
+        sizes,
+        asked.estimate,
+        controlled=bool(asked.control),
+        from_currents=any(recording.effort_kind == "current" for recording in asked.recordings),
+    )
+    found = grade()
+    findings, old = _told(asked, hypothesis, found, alike)
+    refitted = _refitted(asked, found.hypothesis, found.uncertainty)
+    held = held_to_unseen(found.hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
+    if any(one is not other for one, other in zip(held, findings, strict=True)):  # unseen recordings refute some
+        found, refitted = grade(hints=[one for one in (*held, *old) if one.grade == "hint"]), None
+        findings, old = _told(asked, hypothesis, found, alike)
+    hypothesis, unexplained, uncertainty = found.hypothesis, found.unexplained, found.uncertainty
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     findings = single_cause(findings) if patchwork else findings
     unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
@@ -87,8 +94,17 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         errors=errors,
         refitted=refitted,
         unexplained=unexplained,
-        noise_floor=floor,
+        noise_floor=found.noise_floor,
     )
+
+
+def _told(
+    asked: Asked, hypothesis: Hypothesis, found: Graded, alike: frozenset[Key]
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The graded findings that are changes, one cause a torque, with what else could be their reason; and those that the control shows alike."""
+    findings, old = _apart(hypothesis, found.findings, alike)
+    findings = one_cause_a_torque(found.hypothesis, findings)
+    return with_confounder(findings, asked.control, asked.recordings), old
 
 
 def _refitted(asked: Asked, hypothesis: Hypothesis, uncertainty: Uncertainty) -> Estimate | None:

@@ -66,9 +66,13 @@ def graded(
     An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
     change with more right than the new recordings alone. The level of a curve, which an offset or gravity may take, makes none vague.
     """
-    found = [_graded(hypothesis, finding, expected, controlled) for finding in findings]
+    return in_order([_graded(hypothesis, finding, expected, controlled) for finding in findings])
+
+
+def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """The findings by grade, each grade in order of evidence."""
     order: dict[Grade, int] = {"cause": 0, "contribution": 1, "hint": 2}
-    return tuple(sorted(found, key=lambda f: (order[f.grade], -f.evidence)))
+    return tuple(sorted(findings, key=lambda f: (order[f.grade], -f.evidence)))
 
 
 def is_patchwork(overfull: bool, controlled: bool, compared: bool, findings: Sequence[Finding]) -> bool:
