@@ -43,6 +43,18 @@ def leaking(recording: pid.Recording) -> pid.Recording:
     return replace(recording, effort=effort)
 
 
+def leaking_a_little(recording: pid.Recording) -> pid.Recording:
+    """A hundredth of it."""
+    effort = recording.effort.copy()
+    effort[:, 5] += effort[:, 4] / 100
+    return replace(recording, effort=effort)
+
+
+def leaking_currents(recording: pid.Recording) -> pid.Recording:
+    """The same torques as currents of drives, which no sensor measures."""
+    return replace(leaking(recording), effort_kind="current", drive_gains=(1.0,) * 6)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("coupling")
@@ -70,8 +82,9 @@ def scaled() -> Arm:
         ("coupled_friction", PAIR, dry, leaking, False),
         ("torque_constant", PAIR[1:], scaled, lambda one: one, True),
         ("torque_constant", PAIR[1:], dry, leaking, False),
+        ("torque_constant", PAIR[1:], dry, leaking_currents, True),
     ],
-    ids=("gears", "gears or channels", "gain", "gain or channels"),
+    ids=("gears", "gears or channels", "gain", "gain or channels", "currents do not leak"),
 )
 def test_torque_that_leaks_is_no_coupling_and_no_gain(
     folder: Path,
@@ -87,6 +100,19 @@ def test_torque_that_leaks_is_no_coupling_and_no_gain(
     problem = state_problem("missing", estimate, prepare_all(ur5, recordings, estimate.filter), estimate.filter, 0)
     hypothesis = settled_hypothesis(problem, ())
     (candidate,) = (c for c in hypothesis.data.candidates if (c.name, c.joints) == (name, joints))
+    assert holds_against_leaks(hypothesis, candidate) is holds
+
+
+@pytest.mark.parametrize(("arm", "holds"), [(scaled, True), (dry, False)], ids=("gain and leak", "leak"))
+def test_a_leak_that_is_little_beside_a_wrong_gain_does_not_hide_it(
+    folder: Path, ur5: pid.Robot, arm: Callable[[], Arm], holds: bool
+) -> None:
+    """The leak is beyond chance in what the gain leaves, where this is a hundredth of what the gain explains."""
+    estimate = pid.identify(ur5, recorded(dry(), folder, "dry"))
+    changed = recorded(arm(), folder, arm.__name__, leaking_a_little if holds else leaking)
+    problem = state_problem("different", estimate, prepare_all(ur5, changed, estimate.filter), estimate.filter, 0)
+    hypothesis = settled_hypothesis(problem, ())
+    (candidate,) = (c for c in hypothesis.data.candidates if c.key == ("torque_constant", PAIR[1:]))
     assert holds_against_leaks(hypothesis, candidate) is holds
 
 

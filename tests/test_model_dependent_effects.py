@@ -161,3 +161,12 @@ def test_gravity_magnitude_is_the_change_of_torque_with_the_size_of_gravity(grav
     size = np.linalg.norm(gravity)
     stronger.gravity.linear = np.array(gravity) * (1 + 1 / size) if size else np.array([0.0, 0.0, -1.0])
     np.testing.assert_allclose(column, _rnea(stronger, signals) - _rnea(robot.pinocchio, signals), atol=1e-9)
+
+
+@pytest.mark.parametrize(("per_ampere", "words"), [(0.85, "15 % less"), (1.25, "25 % more")])
+def test_a_gain_says_what_the_motor_gives_for_a_current(per_ampere: float, words: str, ur5: pid.Robot) -> None:
+    """A motor that gives a share of its torque needs one over that share of its current, and shows as much."""
+    effect = pid.make_effects(["torque_constant"])[0]
+    told = replace(effect, joints=(3,)).in_words(ur5, np.array([1 / per_ampere - 1]))
+    assert told.startswith("Joint 3 ")
+    assert f"{words} torque for a current" in told

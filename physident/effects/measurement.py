@@ -42,6 +42,19 @@ class TorqueConstant(Effect):
         scale[self.active(robot)] += theta
         return replace(signals, torque=signals.torque * scale)
 
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        return " ".join(_gain_in_words(j + 1, float(k)) for j, k in zip(self.active(robot), theta, strict=True))
+
+
+def _gain_in_words(joint: int, k: float) -> str:
+    """What a channel shows that is scaled by 1 + k, and what that means for a motor whose current is measured."""
+    text = f"Joint {joint} shows {100 * abs(k):.3g} % {'more' if k > 0 else 'less'} torque than the model needs there"
+    if k <= -1:
+        return f"{text}."
+    motor = 100 * abs(1 / (1 + k) - 1)
+    read, gives = ("high", "less") if k > 0 else ("low", "more")
+    return f"{text}: it is read too {read}, or the motor gives {motor:.3g} % {gives} torque for a current."
+
 
 @dataclass(frozen=True)
 class TorqueCrosstalk(Effect):

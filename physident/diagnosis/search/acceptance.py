@@ -131,7 +131,7 @@ def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     """Whether what couples two joints acts on both alike, and what scales a joint's torque, or is a curve over its position or load, belongs
     to its own channel: torque that leaks from one channel into another predicts left-out rows no better beyond the scatter over blocks, or by
-    less than is worth naming."""
+    less than is worth naming of the error that the candidate is to explain."""
     alike = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
     leaking = _with_leaks(hypothesis, candidate, alike)
     if leaking is None:
@@ -142,15 +142,18 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
         for columns in (alike, leaking)
     )
     gain = (law - free).sum(axis=1)
-    worth = is_worth_naming(hypothesis, law, free)
+    worth = _more_is_worth_naming(hypothesis, left_out_costs(hypothesis, None), law, free)
     return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
 def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) -> Columns | None:
     """The columns of leaking channels that a candidate may be mistaken for: with values of its own on each joint for what couples two
-    of them, with a share of every joint's torque for a gain or a curve that follows what the arm carries; None for any other candidate."""
+    of them, with a share of every joint's torque for a gain or a curve that follows what the arm carries; None for any other candidate, and
+    where torques are computed from motor currents, which do not leak."""
     if effect_scope(candidate.name) is Scope.NEIGHBOURS:
         return alike.joint_by_joint()
+    if any(one.from_currents for one in hypothesis.problem.signals):
+        return None
     effect = candidate.options[0].effect
     if isinstance(effect, TorqueConstant) or (
         isinstance(effect, LearnedCurve) and effect.variable in ("position", "load")
@@ -172,6 +175,13 @@ def is_worth_naming(hypothesis: Hypothesis, before: Array, after: Array) -> bool
     """Whether left-out costs (G, n), in units of a hypothesis' noise, fall by enough of a joint's RMS error to be of practical use."""
     usual = hypothesis.fit.weights**2 * hypothesis.problem.taken_off_squares
     return reduction_percent(before.sum(axis=0) + usual, after.sum(axis=0) + usual) >= MIN_REDUCTION_PERCENT
+
+
+def _more_is_worth_naming(hypothesis: Hypothesis, before: Array, less: Array, more: Array) -> bool:
+    """The same of what one explanation leaves less than another, ``more`` and ``less`` (G, n), of the RMS error ``before`` both."""
+    usual = hypothesis.fit.weights**2 * hypothesis.problem.taken_off_squares
+    first, second, third = (np.sqrt(np.maximum(one.sum(axis=0), 0.0) + usual) for one in (before, less, more))
+    return bool(100 * np.max((second - third) / np.maximum(first, 1e-300)) >= MIN_REDUCTION_PERCENT)
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:

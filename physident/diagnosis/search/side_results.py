@@ -40,8 +40,11 @@ def unseen_effects(first: CandidateScores) -> tuple[Unseen, ...]:
     """Effects that lie inside the baseline, show no torque, or need a wider motion, when the search begins."""
     hypothesis = first.hypothesis
     places = candidate_effects(hypothesis.problem.model, hypothesis.problem.signals)
+    # without a joint it is one that scales what the model does not have
     result = [
-        Unseen(name, joints, "of a joint that moves too little") for name, joints, options in places if not options
+        Unseen(name, joints, "of a joint that moves too little")
+        for name, joints, options in places
+        if joints and not options
     ]
     for candidate, share in zip(hypothesis.data.candidates, first.visible_share, strict=True):
         if share >= VISIBLE or candidate.placebo:
