@@ -109,7 +109,8 @@ class Payload:
         where = "all joints" if change.joint is None else f"joint {change.joint}"
         return (
             f"the torque of {where} is {1 + change.change:.2f} times (95 % interval {low:.2f} to {high:.2f}) what the arm's own"
-            " links need, which no load explains: another drive gain than in the arm's training recordings?"
+            " links need, which no load explains: another drive gain than in the arm's training recordings, or physics that the"
+            " model lacks along these motions (physident diagnose)"
         )
 
     def as_dict(self) -> dict[str, Any]:
