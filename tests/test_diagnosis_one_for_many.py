@@ -92,6 +92,10 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     answer = single_cause([*given, contact])
     assert [f.grade for f in answer] == ["cause", "contribution", "hint", "cause"]
     assert [f.grade for f in single_cause(given[1:])] == ["cause", "hint"]
+    ordinary = single_cause(
+        [*given[::-1], contact], ordinary={"coulomb_friction"}
+    )  # friction that the model lacks, as any arm has it
+    assert [f.grade for f in ordinary] == ["hint", "cause", "cause", "cause"]
     sentence = wrong_baseline_sentence("different", (1, 2, 5), answer[:1])
     for part in ("joints 1 and 2 and 5", "joints 1, 2 and 5"):
         if part in sentence:

@@ -75,7 +75,8 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         findings, old = _told(asked, hypothesis, found, alike)
     hypothesis, unexplained, uncertainty = found.hypothesis, found.unexplained, found.uncertainty
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
-    findings = single_cause(findings) if patchwork else findings
+    ordinary = {one.candidate.name for one in problem.missing_default_effects}
+    findings = single_cause(findings, ordinary) if patchwork else findings
     unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
     # of a model that was fitted to them, they fit what was recorded; a description lacks most of an arm
     patches = patchwork and problem.question == "missing" and not unseen_too

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,11 +82,16 @@ def is_patchwork(overfull: bool, controlled: bool, compared: bool, findings: Seq
     return overfull and not compared and (not controlled or len(findings) > HANDFUL)
 
 
-def single_cause(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """The findings of a search that was stopped: the first cause stays one, contacts too, and all others are contributions."""
-    best = next((f for f in findings if f.grade == "cause" and not f.intervals), None)
+def single_cause(findings: Sequence[Finding], ordinary: Collection[str] = ()) -> tuple[Finding, ...]:
+    """The findings of a search that was stopped: the first cause stays one, contacts too, and all others are contributions.
+
+    Causes that any arm has and the model lacks, of the ``ordinary`` names, such as friction, stay, too: they were not searched for.
+    """
+    best = next((f for f in findings if f.grade == "cause" and not f.intervals and f.effect not in ordinary), None)
     return tuple(
-        replace(f, grade="contribution") if f.grade == "cause" and f is not best and not f.intervals else f
+        replace(f, grade="contribution")
+        if f.grade == "cause" and f is not best and not f.intervals and f.effect not in ordinary
+        else f
         for f in findings
     )
 

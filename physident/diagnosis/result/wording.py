@@ -59,8 +59,13 @@ def wrong_baseline_sentence(
         "missing": "record a richer motion or better signals",
         "nominal": "first identify the model from recordings",
     }[question]
+    several = [cause(f.effect, f.joints) for f in causes if not f.intervals]
     best = (
-        f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        (
+            f"what can be named is {', '.join(several[:-1])} and {several[-1]}"
+            if len(several) > 1
+            else f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
+        )
         + (", which alone the extended model carries, because no unseen recording confirms the others" if alone else "")
         if causes
         else "no single cause stands out"
