@@ -9,6 +9,7 @@ others.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +36,16 @@ class EstimatorsOwn(Smooth):
 
     width: Array | float = WIDTH
 
+    @cached_property
+    def bounds(self) -> tuple[float, float]:
+        """The speed [rad/s] from which on the sign is certain, and the one that erf counts in."""
+        std = STEEP * float(np.max(self.width))
+        return CERTAIN * std, float(np.sqrt(2) * std)
+
     def direction(self, u: Array) -> Array:
         """s (..., m) at speeds (..., m) [rad/s]."""
-        std = STEEP * float(np.max(self.width))
-        return np.where(np.abs(u) > CERTAIN * std, np.sign(u), erf(u / (np.sqrt(2) * std)))
+        certain, unit = self.bounds
+        return np.where(np.abs(u) > certain, np.sign(u), erf(u / unit))
 
     def slope(self, u: Array) -> Array:
         """ds/du (..., m) [s/rad]."""

@@ -10,6 +10,7 @@ import pytest
 
 import physident as pid
 from physident.effects.catalogue import DEFAULT_EFFECTS
+from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.plant.laws import Dry
 
@@ -19,7 +20,7 @@ CHANGE = 0.5  # of the value from before
 
 def recorded(folder: Path, arm: Arm, seeds: tuple[int, ...]) -> list[pid.Recording]:
     for seed in seeds:
-        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+        record(arm, multisine(seed), Sensors(), seed, step=STEP).write_csv(folder / f"{seed}.csv")
     return [pid.load_recording(folder / f"{seed}.csv") for seed in seeds]
 
 

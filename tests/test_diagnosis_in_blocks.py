@@ -13,13 +13,16 @@ from physident.processes import VARIABLE
 from tests.serial_arms import ARMS, urdf
 from tests.test_friction_level_of_bristles import LEVEL, MORE, ORDINARY, recorded
 
+DURATION = 16.0  # s: so that every signal still takes more than one block
 BLOCK = 256  # rows: a recording of the test has some hundreds after the filter
 
 
 def test_a_diagnosis_in_blocks_is_that_of_one_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
-    estimate = pid.identify(pid.load_robot(tmp_path / "two.urdf"), [recorded(1, LEVEL), recorded(2, LEVEL)], ORDINARY)
-    changed = [recorded(3, LEVEL + MORE), recorded(4, LEVEL + MORE)]
+    estimate = pid.identify(
+        pid.load_robot(tmp_path / "two.urdf"), [recorded(seed, LEVEL, DURATION) for seed in (1, 2)], ORDINARY
+    )
+    changed = [recorded(seed, LEVEL + MORE, DURATION) for seed in (3, 4)]
     whole = pid.diagnose_motion(estimate, changed).as_dict()
     assert any(finding["grade"] == "cause" and finding["joints"] == [1] for finding in whole["findings"])
     monkeypatch.setenv(VARIABLE, "2")

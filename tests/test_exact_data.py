@@ -23,14 +23,21 @@ VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
 ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])
 Size = float | np.ndarray
 WIDTH = 0.008  # rad/s: one of the widths that the estimator tries
+SHORT, LONG = 10.0, 20.0  # s: exact data need no length, what is averaged out of noise does
 METHODS = ("ols", "wls", "robust", "physical")
 
 
 def exact(
-    robot: pid.Robot, seed: int, coulomb: Size = 0.0, viscous: Size = 0.0, rotor: Size = 0.0, noise: float = 0.0
+    robot: pid.Robot,
+    seed: int,
+    coulomb: Size = 0.0,
+    viscous: Size = 0.0,
+    rotor: Size = 0.0,
+    noise: float = 0.0,
+    duration: float = SHORT,
 ) -> pid.Recording:
     """A recording whose torque is Pinocchio's and closed-form friction to the last digit."""
-    time, q, v, a = pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1).sample(125.0)
+    time, q, v, a = pid.random_trajectory(robot, seed=seed, duration=duration, base_frequency=0.1).sample(125.0)
     data = robot.pinocchio.createData()
     torque = np.array([pin.rnea(robot.pinocchio, data, *s).copy() for s in zip(q, v, a, strict=True)])
     # friction turns by the estimator's own law: exact data are exact for the model too
@@ -60,7 +67,7 @@ def test_two_joints_are_identified_to_the_interpolation(method: str, two_joints:
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_an_arm_without_friction_and_rotors_is_identified(method: str, noise: float, ur5: pid.Robot) -> None:
     """The truth lies on the boundary of every cone of friction and rotors at once."""
-    runs = [exact(ur5, seed, noise=noise) for seed in (1, 2)]
+    runs = [exact(ur5, seed, noise=noise, duration=LONG) for seed in (1, 2)]
     estimator = pid.Physical(resamples=0) if method == "physical" else method
     estimate = pid.identify(ur5, runs, method=estimator)
     rms = pid.validate(estimate, [exact(ur5, 9)]).rms
@@ -116,14 +123,14 @@ def sticking(robot: pid.Robot, simulator: str, seed: int) -> pid.Recording:
         ]  # pyright: ignore[reportOptionalOperand]
         model = replace(model, theta=np.array(values))
         return pid.simulate(
-            model, pid.random_trajectory(robot, seed=seed, duration=20.0, base_frequency=0.1), seed=seed
+            model, pid.random_trajectory(robot, seed=seed, duration=SHORT, base_frequency=0.1), seed=seed
         )
     dry = FrictionTruth(kind="dry", coulomb=COULOMB, viscous=np.zeros(6), breakaway=COULOMB, stribeck_speed=np.ones(6),
                         bristle_stiffness=np.ones(6), bristle_damping=np.zeros(6), width=np.ones(6), per_degree=np.zeros(6))  # fmt: skip
     arm = ArmTruth(name="ur5", urdf=robot.urdf, tool="tool0", links=robot.nominal.reshape(6, 10), rotor_inertia=ROTOR,
                    torque_offset=np.zeros(6), friction=dry, lower=np.full(6, -2.2), upper=np.full(6, 2.2),
                    top_speed=np.full(6, 1.5), top_acceleration=np.full(6, 3.0), bandwidth=40.0)  # fmt: skip
-    run = MujocoPlant().simulate(arm, multisine(seed))
+    run = MujocoPlant().simulate(arm, multisine(seed, duration=SHORT))
     every = round(1 / 125 / (run.time[1] - run.time[0]))
     return pid.Recording.from_arrays(run.time[::every], run.q[::every], run.torque[::every], run.v[::every])
 

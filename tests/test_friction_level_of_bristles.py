@@ -25,11 +25,11 @@ def held_by_sliders(q: NDArray[np.float64]) -> NDArray[np.float64]:
     return shares
 
 
-def recorded(seed: int, level: float) -> pid.Recording:
+def recorded(seed: int, level: float, duration: float = 40.0) -> pid.Recording:
     """Two joints with parallel axes, whose first one's friction has some level [N m]; rigid torque by pinocchio."""
     rng, time, model = (
         np.random.default_rng(seed),
-        np.arange(0.0, 40.0, 0.004),
+        np.arange(0.0, duration, 0.004),
         pin.buildModelFromXML(urdf(ARMS["two"])),
     )
     omega, phase = rng.uniform(0.8, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))

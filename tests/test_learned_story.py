@@ -32,7 +32,7 @@ class Swell(pid.FormulaEffect):
     formulas = ("v * np.abs(v)",)
 
 
-def recorded(ur5: pid.Robot, bump: float, swell: float, noise: int = 0) -> list[pid.Recording]:
+def recorded(ur5: pid.Robot, bump: float, swell: float, noise: int = 0, duration: float = 30.0) -> list[pid.Recording]:
     """Three recordings of an arm whose friction of joint 3 has a bump, and that of joint 2 a bend."""
     nominal = pid.Model.nominal(ur5)
     friction = {"viscous_friction": 5.0, "coulomb_friction": 4.0}
@@ -40,7 +40,7 @@ def recorded(ur5: pid.Robot, bump: float, swell: float, noise: int = 0) -> list[
     effects = (*nominal.effects, Bump(joints=(3,)), Swell(joints=(2,)))
     arm = pid.Model(ur5, effects, np.array([*theta, bump, swell]))
     sensors = pid.Sensors(encoder_step=5e-5, velocity_noise=1e-3, torque_noise=0.3)
-    motions = [pid.random_trajectory(ur5, seed=seed, duration=30.0, base_frequency=0.1) for seed in (1, 2, 3)]
+    motions = [pid.random_trajectory(ur5, seed=seed, duration=duration, base_frequency=0.1) for seed in (1, 2, 3)]
     return [followed(arm, motion, sensors, seed=noise + k) for k, motion in enumerate(motions)]
 
 
@@ -67,7 +67,7 @@ def with_tight_spot(run: pid.Recording, joint: int, place: float) -> pid.Recordi
 def test_two_curves_of_one_joint_are_one_cause(ur5: pid.Robot) -> None:
     """A tight spot needs a curve over position, a hump of the same joint's friction one over velocity: there is one gear to look at."""
     joint = 3
-    runs = [with_tight_spot(run, joint, 0.2) for run in recorded(ur5, BUMP, 0.0)]
+    runs = [with_tight_spot(run, joint, 0.2) for run in recorded(ur5, BUMP, 0.0, duration=20.0)]
     found = pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[:2], runs[2:])
     assert [(cause.effect, cause.joints) for cause in found.causes] == [("learned_position_friction", (joint,))]
     lesser = [f for f in found.findings if f.effect == "learned_velocity" and f.joints == (joint,)]
@@ -97,7 +97,7 @@ def test_a_push_one_way_is_one_curve_that_does_not_swing_where_nothing_was_recor
 def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.Robot) -> None:
     """Two waves of cogging take nearly all of a wrist's error; that their level is open, beside an offset and gravity, makes them no less."""
     joint, runs = 4, []
-    for run in recorded(ur5, 0.0, 0.0):
+    for run in recorded(ur5, 0.0, 0.0, duration=20.0):
         effort, q = run.effort.copy(), run.q[:, joint - 1]
         effort[:, joint - 1] += 1.5 * (np.sin(4 * q) + 0.7 * np.sin(6.9 * q + 1))
         runs.append(replace(run, effort=effort))

@@ -22,9 +22,11 @@ from studies.open_world.scoring import score, score_outside, score_twin
 from studies.open_world.summary import FIGURES, summary, table
 from studies.open_world.taken import Taken
 from studies.open_world.trial import Kind, Scene, Trial, outside_of, parts, scene_of
+from tests.plant import open_plant
+from tests.plant_mujoco import plant as mujoco_plant
 
 GROUP = 9
-DURATION = 10.0  # s
+DURATION = 6.0  # s
 # kind, number, arm, question: two singles, a pair and a cause from outside on each plant's arms, even ones before pinocchio
 JOBS: dict[str, tuple[Kind, int, int, str]] = {
     "viscous": ("single", 1, 12, "different"),
@@ -47,12 +49,14 @@ class Known:
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Recordings made anew, of short motions."""
+    """Recordings made anew, of short motions, in steps twice as long as the study's: an arm's twin moves in the same ones."""
     cached: tuple[Any, ...] = (bench.bench, bench.identified)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench, "CACHE", tmp_path_factory.mktemp("open"))
         for module in (bench, drawing, sizing):
             patch.setattr(module, "DURATION", DURATION)
+        for plant in (open_plant, mujoco_plant):
+            patch.setattr(plant, "STEP", 2 * plant.STEP)
         for one in cached:
             one.cache_clear()
         yield
@@ -346,9 +350,14 @@ def test_refusals_and_failures_are_rows_of_their_own(monkeypatch: pytest.MonkeyP
 
 
 def test_a_diagnosis_has_what_the_judge_reads(made: Callable[[str], Known]) -> None:
-    """A real one, right or wrong: were a name of the record changed, scores would quietly be those of an empty answer."""
+    """A real one, right or wrong: were a name of the record changed, scores would quietly be those of an empty answer.
+
+    So that there is something to read, every torque is shown a fifth too high.
+    """
     known = made("viscous")
-    found = pid.diagnose_motion(known.scene.model, [t.recording for t in known.changed[:2]])
+    shown = [replace(t.recording, effort=1.2 * t.recording.effort) for t in known.changed[:2]]
+    found = pid.diagnose_motion(known.scene.model, shown)
+    assert found.findings
     for f in found.findings:
         assert {"effect", "joints", "rivals", "parameters"} <= set(dir(f))
     assert all(1 <= r.joint <= 4 and r.description for r in found.structured)

@@ -33,8 +33,8 @@ def faulty() -> Arm:
     return hide(arm, "presliding_hysteresis", 2, 4.0 / 0.004, slip=0.004)
 
 
-def taken(folder: Path, name: str, arm: Arm, motion: int, noise: int) -> pid.Recording:
-    record(arm, multisine(motion), Sensors(), noise, step=4e-3).write_csv(folder / f"{name}.csv")
+def taken(folder: Path, name: str, arm: Arm, motion: int, noise: int, duration: float = 20.0) -> pid.Recording:
+    record(arm, multisine(motion, duration=duration), Sensors(), noise, step=4e-3).write_csv(folder / f"{name}.csv")
     return pid.load_recording(folder / f"{name}.csv")
 
 
@@ -269,9 +269,9 @@ def test_recordings_with_gaps_are_compared_with_none(model: pid.Estimate, again:
 def test_a_model_that_errs_more_than_before_is_not_handed_on(ur5: pid.Robot, folder: Path) -> None:
     """Recordings with a load are given as those from before, to a model of the arm without one: the change is a hint, and no model."""
     loaded = hide(Arm(), "payload", (), 3.0)
-    runs = [taken(folder, f"light{seed}", Arm(), seed, seed) for seed in MOTIONS]
-    before = [taken(folder, f"heavy{seed}", loaded, seed, 700 + seed) for seed in MOTIONS[:2]]
-    light = [taken(folder, f"light_again{seed}", Arm(), seed, 800 + seed) for seed in MOTIONS[:2]]
+    runs = [taken(folder, f"light{seed}", Arm(), seed, seed, 10.0) for seed in MOTIONS]
+    before = [taken(folder, f"heavy{seed}", loaded, seed, 700 + seed, 10.0) for seed in MOTIONS[:2]]
+    light = [taken(folder, f"light_again{seed}", Arm(), seed, 800 + seed, 10.0) for seed in MOTIONS[:2]]
     estimate = pid.identify(ur5, runs)
     with pytest.warns(pid.PhysidentWarning, match="not handed on"):
         found = pid.diagnose_motion(estimate, light, before=before)

@@ -25,6 +25,7 @@ from tests.serial_arms import ARMS, urdf
 
 NAMES = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 SIMULATORS = ("mujoco", "physident")
+SHORT, LONG = 5.0, 10.0  # s: a replay from every state takes as long as there are states
 
 
 def arm(*more: pid.Effect, extra: tuple[float, ...] = ()) -> pid.Model:
@@ -38,8 +39,10 @@ def arm(*more: pid.Effect, extra: tuple[float, ...] = ()) -> pid.Model:
     return pid.Model(robot, effects, theta)
 
 
-def recorded(model: pid.Model, seed: int = 1) -> pid.Recording:
-    return pid.simulate(model, pid.random_trajectory(model.robot, seed=seed, duration=10.0))
+def recorded(model: pid.Model, duration: float = SHORT) -> pid.Recording:
+    """A simulated arm on one period of a random motion of some duration [s]."""
+    motion = pid.random_trajectory(model.robot, seed=1, duration=duration, base_frequency=1 / duration)
+    return pid.simulate(model, motion)
 
 
 def estimate_of(model: pid.Model) -> Estimate:
@@ -52,28 +55,35 @@ def recording() -> pid.Recording:
 
 
 @pytest.fixture(scope="module")
+def long_recording() -> pid.Recording:
+    return recorded(arm(), LONG)
+
+
+@pytest.fixture(scope="module")
 def followed(recording: pid.Recording) -> Replay:
     """The true model's replay over a fifth of a second."""
     return replay(estimate_of(arm()), None, [recording], "physident", 0.2).replay
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
-def test_the_true_model_follows_its_recording(recording: pid.Recording, simulator: str) -> None:
+def test_the_true_model_follows_its_recording(long_recording: pid.Recording, simulator: str) -> None:
     """Within 2 % of each joint's range over a second, under the recorded torque, which is sampled at 125 Hz."""
-    result = replay(estimate_of(arm()), None, [recording], simulator, 1.0).replay  # pyright: ignore[reportArgumentType]
-    moved = np.ptp(recording.q, axis=0)
+    result = replay(estimate_of(arm()), None, [long_recording], simulator, 1.0).replay  # pyright: ignore[reportArgumentType]
+    moved = np.ptp(long_recording.q, axis=0)
     assert (result.before.position < 0.02 * moved).all()
     assert result.before.lost == 0.0
     # MuJoCo's dry friction is a step at zero velocity, the model's is smooth over 0.01 rad/s
     share = {"mujoco": 0.05, "physident": 0.01}[simulator]
-    assert (result.before.torque < share * np.abs(recording.effort).max(axis=0)).all()
+    assert (result.before.torque < share * np.abs(long_recording.effort).max(axis=0)).all()
     assert result.starts > 100
 
 
 def test_both_simulators_agree_with_the_integrator_under_the_same_torque() -> None:
     """With dry friction and hysteresis, from states in motion, against another integration scheme."""
     model = arm(PreslidingHysteresis((2, 5), (0.02, 0.01)), extra=(4.0 / 0.02, 1.0 / 0.01))
-    truth = integrate(model, pid.random_trajectory(model.robot, seed=2, duration=10.0), step=0.002)
+    truth = integrate(
+        model, pid.random_trajectory(model.robot, seed=2, duration=SHORT, base_frequency=1 / SHORT), step=0.002
+    )
     moved = np.ptp(truth.q, axis=0)
     assert truth.torque is not None
     recording = pid.Recording(

@@ -19,6 +19,7 @@ UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err 
 THREE = np.array([1.2, 1.2, 1.2, 1.0, 1.0, 1.0])
 APART = np.array([1.15, 1.02, 1.1, 0.94, 1.02, 1.0])  # as gains that have nothing in common
 WARM = 0.86
+DURATION = 12.0  # s: scales of 1.2 and more are large beside the noise of so many rows
 
 
 def payload(mass: float) -> Arm:
@@ -46,7 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def recorded(folder: Path, arm: str, seed: int, noise: int, scale: np.ndarray | float = 1.0) -> pid.Recording:
     """The recording of an arm, its measured torques scaled; dry friction turns as tests/plant has it, not as the estimator does."""
-    recording = made_once(folder / f"{arm}_{seed}_{noise}.csv", ARMS[arm], multisine(seed), noise)
+    recording = made_once(folder / f"{arm}_{seed}_{noise}.csv", ARMS[arm], multisine(seed, duration=DURATION), noise)
     return replace(recording, effort=recording.effort * scale)
 
 

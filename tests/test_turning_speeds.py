@@ -11,6 +11,7 @@ import pytest
 import physident as pid
 from physident.diagnosis.search.forward_search import SearchResult, search_effects
 from physident.diagnosis.search.turning_speeds import _with_speeds_beside, search_with_turning_speeds
+from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 
 SLIP = 0.003  # rad
@@ -24,7 +25,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[pid.Recording]:
     for joint, level in enumerate(LEVELS, 1):
         arm = hide(arm, "presliding_hysteresis", joint, level / SLIP, slip=SLIP)
     for seed in (31, 33, 35):
-        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+        record(arm, multisine(seed), Sensors(), seed, step=STEP).write_csv(folder / f"{seed}.csv")
     return [pid.load_recording(folder / f"{seed}.csv") for seed in (31, 33, 35)]
 
 

@@ -90,7 +90,8 @@ class _Course:
         for k in range(count):
             state, forces, A[k] = self._held(self.instant(k), state)
             Y[k], W[k], T[k] = state.y, state.w, forces.asked
-            stuck[k] = self.dry & (state.modes[: arm.n] == 0)
+            if self.dry:
+                stuck[k] = state.modes[: arm.n] == 0
             if k + 1 < count:
                 state = self.turns.remembered(k, self.step, state, self._advance(k, state, forces))
         return Y, W, A, T, stuck

@@ -80,6 +80,9 @@ class Controlled:
         self.size = self.n + len(elastic)
         self.rotor = np.arange(self.n)
         self.rotor[elastic] = self.n + np.arange(len(elastic))
+        self.rigid = not len(elastic)
+        # of vectors (size,): a slice costs a view, a list of indices a copy
+        self.driven = slice(self.n) if self.rigid else self.rotor
         self.rotors = self.drives.rotor_inertia[elastic]
         self.soft = self.drives.compliance > 0
         self.Kp, self.Kd = np.array(controller.proportional), np.array(controller.derivative)
@@ -131,8 +134,8 @@ class Controlled:
 
     def at(self, now: Instant, state: State) -> Forces:
         """Forces in one state."""
-        n, rotor, w, friction = self.n, self.rotor, state.w, self.friction
-        theta, v = state.y[rotor], w[rotor]
+        n, driven, w, friction = self.n, self.driven, state.w, self.friction
+        theta, v = state.y[driven], w[driven]
         asked = now.command - self.Kp * theta - self.Kd * v
         acting = asked
         for disturbance in self.delivering:
@@ -147,8 +150,10 @@ class Controlled:
             free -= friction.stiffness * state.dahl
             dahl_decay = np.abs(v) / friction.slip
             dahl_rate = v - dahl_decay * state.dahl
-        total = np.zeros(self.size)
-        total[rotor] = free
+        total = free
+        if not self.rigid:
+            total = np.zeros(self.size)
+            total[driven] = free
         if self.sprung:
             total -= self.K @ state.y + self.D @ w
         if self.arm.contacts:
@@ -157,9 +162,10 @@ class Controlled:
         u = self.elements @ w if friction.couplings else v
         level = friction.level(u, now.warm)
         direction, torque, slope, rate, decay, gain, feel = _turned(friction, u, level, state)
-        total[rotor] -= torque @ friction.elements if friction.couplings else torque
-        before = total[rotor]
-        before[self.soft] = total[:n][self.soft]
+        total[driven] -= torque @ friction.elements if friction.couplings else torque
+        before = total[driven].copy()
+        if not self.rigid:
+            before[self.soft] = total[:n][self.soft]
         if friction.acts["load_dependent"]:
             self._load(total, direction[:n])
         mass = self.mass(now.bodies, state.y[:n])
@@ -170,7 +176,7 @@ class Controlled:
 
     def mass(self, bodies: Any, q: Array) -> Array:
         """Mass matrix (size, size) at link positions (n,)."""
-        if not len(self.rotors):
+        if self.rigid:
             return pin.crba(bodies, self.data, q).copy()
         mass = np.zeros((self.size, self.size))
         mass[: self.n, : self.n] = pin.crba(bodies, self.data, q)

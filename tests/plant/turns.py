@@ -18,6 +18,7 @@ class Turns:
     def __init__(self, arm: Controlled) -> None:
         self.arm, self.friction, self.law = arm, arm.friction, arm.friction.law
         self.even = isinstance(self.law, Dry) and not (self.friction.acts["onset"] or self.friction.acts["stribeck"])
+        self.simple = arm.rigid and not arm.friction.couplings  # each element's motion is that of one link
         self.remembers = isinstance(self.law, Bristle) or self.friction.acts["stiffness"]
 
     def turned(self, row: int, forces: Forces, before: State, *after: State) -> float:
@@ -28,7 +29,9 @@ class Turns:
         if isinstance(law, Bristle):
             change = law.stiffness * (np.array([state.z for state in after]) - before.z)
         else:
-            u = np.array([state.w for state in after]) @ self.arm.elements.T
+            u = np.array([state.w for state in after])
+            if not self.simple:
+                u = u @ self.arm.elements.T
             direction = law.direction(u) if isinstance(law, Smooth) else before.modes
             change = direction * self.friction.level(u, self.arm.warm[row]) - forces.torque
         return float((np.abs(change) / (forces.level + LEAST)).max())
