@@ -62,6 +62,14 @@ def test_the_friction_that_a_description_lacks_is_found_on_every_joint(answer: t
     assert found["model"]["effects"] == pid.Model.nominal(pid.load_robot("ur5"), ["rigid_body"]).as_dict()["effects"]
 
 
+def test_what_scales_friction_that_a_description_lacks_is_no_open_question(answer: tuple[dict, Path]) -> None:
+    """Every joint moves by radians, and there is nothing to scale."""
+    unseen = answer[0]["unseen"]
+    assert unseen
+    assert not [one for one in unseen if one["reason"] == "of a joint that moves too little"]
+    assert "friction_level" not in {one["effect"] for one in unseen}
+
+
 def test_the_extended_model_predicts_a_run_that_nothing_saw(answer: tuple[dict, Path], runs: list[str]) -> None:
     """It remembers gains and cutoff: the second recording is read by itself."""
     extended = pid.load_estimate(answer[1])

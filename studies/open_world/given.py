@@ -19,18 +19,18 @@ from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-import physident as pid
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.search import forward_search, turning_speeds
 from physident.diagnosis.search.forward_search import SearchResult
 from studies.open_world.bench import CACHE
 from studies.open_world.drawing import drawn
+from studies.open_world.judge import Clock, diagnosed
 from studies.open_world.scoring import Score, score
 from studies.open_world.trial import open_scene, parts
 from tests.truth import HiddenEffect
 
-FIELDS = {"stribeck_speed": "velocity", "slip": "distance"}  # what the plants call otherwise
+FIELDS = {"stribeck_speed": "velocity", "slip": "distance", "time": "time_constant"}  # what the plants call otherwise
 
 
 def given(world: str, group: int, number: int) -> Score | None:
@@ -41,12 +41,8 @@ def given(world: str, group: int, number: int) -> Score | None:
     if hidden.effect == "contact":
         return None
     changed = scene.changed(trial.tag, *parts(scene, trial))
-    runs, model = [taken.recording for taken in changed[:2]], scene.model
-    if scene.refitted:
-        model = pid.identify(scene.bench.robot, runs, filter=scene.bench.filter)
-    own = scene.bench.filter if isinstance(model, pid.Model) else None
     with mock.patch.object(turning_speeds, "search_effects", _begun_with(hidden)):
-        return score(scene, trial, changed, pid.diagnose_motion(model, runs, filter=own))
+        return score(scene, trial, changed, diagnosed(scene, changed, Clock()))
 
 
 def _begun_with(hidden: HiddenEffect) -> Callable[..., SearchResult]:

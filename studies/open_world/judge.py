@@ -57,7 +57,7 @@ class Clock:
 
 def _scored(scene: Scene, trial: Trial, changed: tuple[Taken, ...], clock: Clock) -> dict[str, Any]:
     """Scores of the changed recordings and, of a single trial, of their clean twin."""
-    found = _diagnosed(scene, changed, clock)
+    found = diagnosed(scene, changed, clock)
     if trial.outside:
         cause = outside_of(scene, trial.outside, trial.draw)
         scored = {"outside_score": asdict(score_outside(scene, trial, cause, changed, found)),
@@ -66,12 +66,12 @@ def _scored(scene: Scene, trial: Trial, changed: tuple[Taken, ...], clock: Clock
         scored = {"score": asdict(score(scene, trial, changed, found))}
     clock.lap("scoring")
     if trial.kind == "single":
-        scored["twin"] = asdict(score_twin(scene, _diagnosed(scene, scene.clean, clock)))
+        scored["twin"] = asdict(score_twin(scene, diagnosed(scene, scene.clean, clock)))
         clock.lap("scoring")
     return scored
 
 
-def _diagnosed(scene: Scene, taken: tuple[Taken, ...], clock: Clock) -> pid.Diagnosis:
+def diagnosed(scene: Scene, taken: tuple[Taken, ...], clock: Clock) -> pid.Diagnosis:
     """The diagnosis of two recordings."""
     runs = [t.recording for t in taken[:2]]
     model = scene.model

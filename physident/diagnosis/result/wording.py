@@ -62,7 +62,7 @@ def wrong_baseline_sentence(
     several = [cause(f.effect, f.joints) for f in causes if not f.intervals]
     best = (
         (
-            f"what can be named is {', '.join(several[:-1])} and {several[-1]}"
+            f"what can be named is {listed(several)}"
             if len(several) > 1
             else f"the best single cause is {cause(causes[0].effect, causes[0].joints)}"
         )

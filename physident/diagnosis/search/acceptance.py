@@ -18,7 +18,7 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
-from physident.diagnosis.statistics.left_out_residuals import reduction_percent, standard_error
+from physident.diagnosis.statistics.left_out_residuals import standard_error
 from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
 from physident.effects.learned.curve import LearnedCurve
@@ -142,7 +142,7 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
         for columns in (alike, leaking)
     )
     gain = (law - free).sum(axis=1)
-    worth = _more_is_worth_naming(hypothesis, left_out_costs(hypothesis, None), law, free)
+    worth = is_worth_naming(hypothesis, law, free, whole=left_out_costs(hypothesis, None))
     return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
@@ -171,17 +171,13 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     return low > 0 and is_worth_naming(hypothesis, before, after)
 
 
-def is_worth_naming(hypothesis: Hypothesis, before: Array, after: Array) -> bool:
-    """Whether left-out costs (G, n), in units of a hypothesis' noise, fall by enough of a joint's RMS error to be of practical use."""
+def is_worth_naming(hypothesis: Hypothesis, before: Array, after: Array, whole: Array | None = None) -> bool:
+    """Whether left-out costs (G, n), in units of a hypothesis' noise, fall by enough of a joint's RMS error to be of practical use: of the
+    error ``before``, or of a ``whole`` one of which something else has taken its part."""
     usual = hypothesis.fit.weights**2 * hypothesis.problem.taken_off_squares
-    return reduction_percent(before.sum(axis=0) + usual, after.sum(axis=0) + usual) >= MIN_REDUCTION_PERCENT
-
-
-def _more_is_worth_naming(hypothesis: Hypothesis, before: Array, less: Array, more: Array) -> bool:
-    """The same of what one explanation leaves less than another, ``more`` and ``less`` (G, n), of the RMS error ``before`` both."""
-    usual = hypothesis.fit.weights**2 * hypothesis.problem.taken_off_squares
-    first, second, third = (np.sqrt(np.maximum(one.sum(axis=0), 0.0) + usual) for one in (before, less, more))
-    return bool(100 * np.max((second - third) / np.maximum(first, 1e-300)) >= MIN_REDUCTION_PERCENT)
+    costs = (before if whole is None else whole, before, after)
+    most, more, less = (np.sqrt(np.maximum(one.sum(axis=0) + usual, 0.0)) for one in costs)
+    return bool(np.max(100 * (more - less) / np.maximum(most, 1e-150)) >= MIN_REDUCTION_PERCENT)
 
 
 def contradiction(hypothesis: Hypothesis, candidate: Candidate) -> str | None:
