@@ -302,7 +302,7 @@ def rows_of(monkeypatch: pytest.MonkeyPatch, made: Callable[[str], Known], right
             return answer(finding("gravity_tilt", ()))
 
         monkeypatch.setattr(judge, "open_scene", lambda *_, known=known: known.scene)
-        monkeypatch.setattr(judge, "_diagnosed", diagnosed)
+        monkeypatch.setattr(judge, "diagnosed", diagnosed)
         rows.append(judge.judge(("first", GROUP, kind, number)))
         assert "failed" not in rows[-1], rows[-1]
         assert judge.line(rows[-1])
