@@ -18,6 +18,7 @@ from physident.diagnosis.next_session.resume import Resumed
 from physident.diagnosis.next_session.saved_session import SavedExpectation
 from physident.diagnosis.next_session.settled import Answer
 from physident.effects.friction import CoulombFriction, StribeckFriction
+from physident.effects.mounting import JointZeroOffset
 from physident.excitation.detectability import EVIDENCE, Noise
 from physident.excitation.limits.robot_limits import with_limits
 from physident.excitation.motion.motion import Motion
@@ -131,6 +132,17 @@ def test_an_arm_that_is_slow_or_has_nothing_open_still_gets_a_session(arm, noise
         assert all(leg.trajectory.violations(slow.robot) == [] for leg in session.legs)
     with pytest.raises(pid.InputError, match="one with the load"):
         Budget(minutes=0.75, load=1.0)
+
+
+def test_what_no_motion_shows_is_no_question(arm, noise) -> None:
+    """A joint about the vertical: gravity does not change with its angle, so its zero is never seen."""
+    unseen = [
+        OpenQuestion(kind="unseen", effect=one) for one in (JointZeroOffset((1,)), StribeckFriction((2,), (0.1,)))
+    ]
+    session = plan_session(pid.Model.nominal(arm), unseen, noise, Budget(minutes=1.0, limits="joint", pool=6))
+    assert session.outlook is not None
+    assert [one.effect for one in session.outlook.expectations if one.kind == "unseen"] == ["stribeck_friction"]
+    assert "no motion within the limits shows, by joint: joint zero offset (1)" in session.outlook.notes
 
 
 def test_a_planned_session_shows_more_than_random_ones_of_as_many_pieces(arm, noise, questions) -> None:

@@ -26,8 +26,8 @@ def signals(tmp_path_factory: pytest.TempPathFactory) -> Signals:
 
 
 @pytest.fixture(scope="module")
-def motion(signals: Signals) -> RecordedMotion:
-    made = RecordedMotion.of_signals(signals, 100.0)
+def motion(signals: Signals, ur5: pid.Robot) -> RecordedMotion:
+    made = RecordedMotion.of_signals(signals, 100.0, ur5)
     assert made is not None
     return made
 
@@ -63,8 +63,8 @@ def test_its_extent_bounds_every_instant_and_is_reached(motion: RecordedMotion) 
     assert (np.abs(states.a).max(axis=0) <= extent.acceleration + 1e-9).all()
 
 
-def test_a_part_is_started_and_stopped_gently(signals: Signals, motion: RecordedMotion) -> None:
-    part = RecordedMotion.of_signals(signals, 8.0)
+def test_a_part_is_started_and_stopped_gently(signals: Signals, motion: RecordedMotion, ur5: pid.Robot) -> None:
+    part = RecordedMotion.of_signals(signals, 8.0, ur5)
     assert part is not None
     assert part.duration <= 8.0
     last = part.states(np.array([part.duration]))
@@ -72,9 +72,26 @@ def test_a_part_is_started_and_stopped_gently(signals: Signals, motion: Recorded
     assert (part.extent().acceleration < motion.extent().acceleration + motion.extent().speed * np.pi / LEAD).all()
 
 
-def test_what_stands_still_has_no_motion(signals: Signals) -> None:
+def test_it_starts_and_stops_inside_of_the_range_of_every_joint(signals: Signals, ur5: pid.Robot) -> None:
+    room = 0.01  # rad beyond what was recorded
+    lower, upper = (",".join(map(str, at)) for at in (signals.q.min(axis=0) - room, signals.q.max(axis=0) + room))
+    tight = with_limits(ur5, f"lower={lower} upper={upper}")
+    outward = np.abs(signals.v).max(axis=1) * LEAD / 2 > 0.3
+    leaving = outward & ((signals.q - LEAD / 2 * signals.v > tight.upper).any(axis=1))
+    begin = int(np.flatnonzero(leaving)[0])  # from here on no second is left to have come from standstill
+    cut = signals.part(slice(begin, begin + 6000))
+    free, inside = (RecordedMotion.of_signals(cut, 100.0, robot) for robot in (ur5, tight))
+    assert free is not None
+    assert inside is not None
+    assert (free.extent().upper > tight.upper + room).any()
+    assert (inside.extent().upper <= tight.upper + room).all()
+    assert (inside.extent().lower >= tight.lower - room).all()
+    assert free.duration - 1.5 < inside.duration < free.duration  # no more is given up than it takes
+
+
+def test_what_stands_still_has_no_motion(signals: Signals, ur5: pid.Robot) -> None:
     still = replace(signals, q=np.zeros_like(signals.q), v=np.zeros_like(signals.v), a=np.zeros_like(signals.a))
-    assert RecordedMotion.of_signals(still, 10.0) is None
+    assert RecordedMotion.of_signals(still, 10.0, ur5) is None
 
 
 def test_it_is_written_and_read_like_any_other(motion: RecordedMotion, tmp_path: Path) -> None:

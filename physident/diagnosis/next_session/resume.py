@@ -166,6 +166,7 @@ def _next(session: SavedSession, found: DiagnosisRecord, progress: Callable[[str
         return None
     progress("planning the next session")
     try:
-        return plan_next(found, replace(session.budget, seed=session.budget.seed + 1))
+        planned = plan_next(found, replace(session.budget, seed=session.budget.seed + 1))
     except NotSolvedError:
         return None
+    return planned if planned.outlook is not None and planned.outlook.expectations else None

@@ -55,7 +55,8 @@ def _different_loads(
         f"({', '.join(f'{x:.0f}' for x in centre)}) mm in {names[k]}" for k, centre in zip((a, b), centres, strict=True)
     ]
     return [
-        f"the recordings with load contradict each other: its centre of mass is at {at[0]} and at {at[1]}; use one load, mounted alike"
+        f"the recordings with load contradict each other: its centre of mass is at {at[0]} and at {at[1]}; use one load, mounted"
+        " alike; where it was, friction of the gears that grows with load shows as this"
     ]
 
 

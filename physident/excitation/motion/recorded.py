@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from physident.errors import InputError
 from physident.excitation.motion.motion import Array, Extent, Motion, checked
 from physident.recordings.signals import MOVING_SPEED, Signals
+from physident.robots.robot import Robot
 
 KNOTS = (
     8  # of a period of the filter's cutoff: a cubic spline through them follows what the filter passes to a thousandth
@@ -45,19 +46,21 @@ class RecordedMotion(Motion):
         object.__setattr__(self, "rate", rate)
 
     @staticmethod
-    def of_signals(signals: Signals, seconds: float) -> RecordedMotion | None:
+    def of_signals(signals: Signals, seconds: float, robot: Robot) -> RecordedMotion | None:
         """The motion of a recording's first contiguous part in at most so many ``seconds``; None where nothing moves there.
 
-        Where the recording begins or is cut at speed, a second of it is spent on starting or stopping the arm.
+        Where the recording begins or is cut at speed, a second of it is spent on starting or stopping the arm; it begins later, or ends
+        earlier, where a joint would leave its range in that second.
         """
         part = signals.part(signals.segments[0])
         moving = part.moving
         if moving is None:
             return None
-        end = min(moving[1], moving[0] + seconds - 2 * LEAD)
-        first, last = np.searchsorted(part.time, [moving[0], end])
+        first = _first_inside(part, int(np.searchsorted(part.time, moving[0])), -1, robot)
+        end = min(moving[1], part.time[first] + seconds - 2 * LEAD)
+        last = _first_inside(part, min(int(np.searchsorted(part.time, end)), len(part.time) - 1), 1, robot)
         step = max(1, int(signals.rate / (KNOTS * signals.cutoff)))
-        rows = np.arange(first, min(last + 1, len(part.time)), step)
+        rows = np.arange(first, last + 1, step)
         rate = signals.rate / step
         if len(rows) < 4:
             return None
@@ -102,6 +105,16 @@ class RecordedMotion(Motion):
     @cached_property
     def _path(self) -> CubicSpline:
         return CubicSpline(np.arange(len(self.points)) / self.rate, self.points, bc_type="clamped")
+
+
+def _first_inside(part: Signals, at: int, way: int, robot: Robot) -> int:
+    """The sample nearest to ``at`` from which every joint stops inside its range, or started inside of it (``way`` -1); ``at`` where none does."""
+    stop = part.q + way * LEAD / 2 * part.v  # a speed that falls as in ``_lead``
+    # a recording itself may go beyond a limit by its noise
+    inside = (stop >= np.minimum(robot.lower, part.q)) & (stop <= np.maximum(robot.upper, part.q))
+    found = np.flatnonzero(inside.all(axis=1))
+    found = found[found <= at] if way > 0 else found[found >= at]
+    return int(at) if not len(found) else int(found[-1] if way > 0 else found[0])
 
 
 def _lead(q: Array, v: Array, rate: float) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.effects.effect import Effect
 from physident.excitation.session.evidence import HALF, Evidence, Shown
 from physident.excitation.session.outlook_text import NEVER
 from physident.excitation.session.pieces import Piece
@@ -41,11 +42,14 @@ def worse_without(evidence: Evidence, every: Shown, one: Shown) -> tuple[str, ..
 
 def expectations_of(
     evidence: Evidence, shown: Shown, ranges: Sequence[RangeQuestion], joined: Ranges | None, possible: Ranges
-) -> tuple[Expectation, ...]:
-    """What is expected of every question and of every range."""
+) -> tuple[tuple[Expectation, ...], tuple[Effect, ...]]:
+    """What is expected of every question and of every range; and the effects that no motion shows, which are no questions."""
     powers, smallest, found = evidence.powers(shown), evidence.smallest(shown), evidence.noncentralities(shown)
-    result = []
+    result, hidden = [], []
     for k, question in enumerate(evidence.questions):
+        if question.kind == "unseen" and smallest[k] > NEVER:
+            hidden.append(question.effect)
+            continue
         rival = question.rivals[0] if question.kind == "rival" else None
         result.append(
             Expectation(
@@ -63,7 +67,8 @@ def expectations_of(
             )
         )
     share = covered(ranges, joined, possible)
-    return (*result, *(_of_range(one, float(part)) for one, part in zip(ranges, share, strict=True)))
+    of_ranges = (_of_range(one, float(part)) for one, part in zip(ranges, share, strict=True))
+    return (*result, *of_ranges), tuple(hidden)
 
 
 def _of_range(one: RangeQuestion, share: float) -> Expectation:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from physident.effects.catalogue import effect_label
+from physident.effects.effect import Effect
 from physident.excitation.session.questions import Expectation
 
 ENDINGS = {"unseen": "is it there?", "parameter": "how large?"}
@@ -32,6 +33,15 @@ def expected_rows(expectations: Sequence[Expectation]) -> list[tuple[str, str]]:
         for name, same in sorted(groups.items(), key=lambda item: -max(one.power for one in item[1]))
     ]
     return rows
+
+
+def hidden_text(hidden: Sequence[Effect]) -> str:
+    """The effects that no motion shows, and where."""
+    places: dict[str, list[str]] = {}
+    for one in hidden:
+        places.setdefault(effect_label(one.name), []).append("-".join(map(str, one.joints or ())))
+    words = [f"{name} ({', '.join(joints)})" if any(joints) else name for name, joints in places.items()]
+    return f"no motion within the limits shows, by joint: {', '.join(words)}"
 
 
 def _group_text(name: str, same: Sequence[Expectation]) -> str:

@@ -19,6 +19,7 @@ from physident.excitation.session.choice import choose
 from physident.excitation.session.evidence import Evidence, Shown
 from physident.excitation.session.loads import LoadedPieces, loaded_pieces, with_load
 from physident.excitation.session.outlook import expectations_of, piece_purpose, worse_without
+from physident.excitation.session.outlook_text import hidden_text
 from physident.excitation.session.pieces import LENGTH, Piece, cell_of, make_pieces
 from physident.excitation.session.questions import OpenQuestion, RangeQuestion
 from physident.excitation.session.ranges import Ranges, covered, open_ranges, ranges_of
@@ -208,14 +209,15 @@ def _session(
         )  # fmt: skip
         legs = [warm, *legs, repeat]
         chosen = [*chosen, first]
+    expected, hidden = expectations_of(
+        score.evidence, score.shown(chosen), score.ranges, score.joined(chosen), score.possible
+    )
     outlook = Outlook(
-        expectations=expectations_of(
-            score.evidence, score.shown(chosen), score.ranges, score.joined(chosen), score.possible
-        ),
+        expectations=expected,
         curve=_curve(chosen, score),
         load=budget.load,
         noise=noise_words,
-        notes=notes,
+        notes=(*notes, hidden_text(hidden)) if hidden else notes,
     )
     return Session(tuple(legs), (), outlook)
 
@@ -241,7 +243,9 @@ def _curve(chosen: list[_Candidate], score: _Score) -> tuple[tuple[float, float]
     for k, one in enumerate(chosen, 1):
         minutes += one.piece.motion.duration / 60
         part = chosen[:k]
-        expected = expectations_of(score.evidence, score.shown(part), score.ranges, score.joined(part), score.possible)
+        expected, _ = expectations_of(
+            score.evidence, score.shown(part), score.ranges, score.joined(part), score.possible
+        )
         result.append((minutes, float(sum(e.settled for e in expected))))
     return tuple(result)
 

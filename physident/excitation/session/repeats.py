@@ -32,7 +32,10 @@ def repeated_pieces(cell: Cell, earlier: Sequence[Signals], seconds: float) -> t
                 " recordings and the model of this robot"
             )
         left = seconds - sum(piece.motion.duration for piece in pieces)
-        name, motion = Path(one.source).name, RecordedMotion.of_signals(one, left) if left >= LENGTH else None
+        name, motion = (
+            Path(one.source).name,
+            RecordedMotion.of_signals(one, left, cell.robot) if left >= LENGTH else None,
+        )
         if why := _not_comparable(one) or ("no time is left in this session" if left < LENGTH else ""):
             notes.append(f"the motion of {name} is not repeated: {why}")
             continue

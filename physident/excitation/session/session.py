@@ -149,13 +149,16 @@ class Session:
 
 def _sum(outlook: Outlook) -> str:
     """What is expected of the whole session."""
+    if not outlook.expectations:
+        return "nothing is open that a motion within the limits settles"
     return f"{outlook.settled:.1f} of {len(outlook.expectations)} open questions are expected to be settled"
 
 
 def _expected(legs: tuple[Leg, ...], outlook: Outlook) -> list[str]:
     """What each piece is for, and what is expected of each question."""
     rows = [f"  without {leg.name}, worse: {'; '.join(leg.settles)}" for leg in legs if leg.settles]
-    rows += [f"what it is expected to settle ({outlook.noise})", "  power        question"]
+    if outlook.expectations:
+        rows += [f"what it is expected to settle ({outlook.noise})", "  power        question"]
     rows += [f"  {power:<11}  {text}" for power, text in expected_rows(outlook.expectations)]
     rows += [f"  note: {note}" for note in outlook.notes]
     return rows
