@@ -37,11 +37,15 @@ def parameter_values(
     before = np.array([float(old.get(column.name, 0.0)) for column in effect.columns(model.robot)])
     places, (columns, told) = hypothesis.extension.places[at], effect.told(model.robot)
     values, changes = told @ model.theta[places], told @ (model.theta[places] - before)
-    variances = np.einsum("rk,kl,rl->r", told, covariance[np.ix_(places, places)], told)
+    rows = np.zeros((len(told), len(model.theta)))
+    rows[:, places] = told
+    errors = np.sqrt(np.maximum(np.einsum("rk,kl,rl->r", rows, covariance, rows), 0.0))
+    # forces of a moment are felt by few joints, and a model errs there as it does at all times
+    reaches = uncertainty.half * errors if isinstance(effect, Contact) else uncertainty.reach(rows)
     result = []
     unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
-    for column, value, change, variance in compress(zip(columns, values, changes, variances, strict=True), ~unfelt):
-        error = float(np.sqrt(max(variance, 0.0)))
+    each = zip(columns, values, changes, errors, reaches, strict=True)
+    for column, value, change, error, reach in compress(each, ~unfelt):
         if error == 0 and change == 0:  # no motion of these shows it
             continue
         result.append(
@@ -50,8 +54,8 @@ def parameter_values(
                 joint=column.joint,
                 value=float(value),
                 change=float(change),
-                std=error,
-                interval95=(float(value - uncertainty.half * error), float(value + uncertainty.half * error)),
+                std=float(error),
+                interval95=(float(value - reach), float(value + reach)),
                 unit=column.unit,
             )
         )

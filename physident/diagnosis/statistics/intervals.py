@@ -1,4 +1,4 @@
-"""Intervals of a diagnosis: a jackknife over blocks for values and shapes, a bootstrap over blocks for gains."""
+"""Intervals of a diagnosis: a jackknife over blocks and one over joints for values, a bootstrap over blocks for gains."""
 
 from __future__ import annotations
 
@@ -15,17 +15,65 @@ from physident.estimation.uncertainty import t_quantile
 
 Array = NDArray[np.float64]
 RESAMPLES = 1000  # the ends of a 95 % interval then wander by a few per cent of its width
+FEWEST_JOINTS = 3  # that can each be left out: how far two move a value says little about how far a third would
+BY_OTHERS = 2.0  # times a value's error at most that the other joints alone know it by: where one joint decides, none disagrees with it
+SURE = 0.975  # of the distribution: 95 % to both sides
 STEP = 0.02  # relative, of a shape: its column's derivative is then right to a part in a thousand
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
     """``covariance`` (P, P) of the extended model's theta, ``shape_errors`` [the effect's key, standard error of its shape],
-    and ``half``: how many standard errors a 95 % interval reaches."""
+    both from so many ``blocks``, and what ``joints`` say of theta each without the others."""
 
     covariance: Array
     shape_errors: dict[tuple[str, tuple[int, ...]], float]
-    half: float
+    blocks: int
+    joints: WithoutJoints
+
+    @property
+    def half(self) -> float:
+        """How many standard errors a 95 % interval reaches."""
+        return t_quantile(self.blocks)
+
+    def reach(self, rows: Array) -> Array:
+        """How far the 95 % intervals of linear functions of theta, ``rows`` (r, P), reach to either side (r,): errors are those that
+        blocks of time show, and those by which joints disagree beyond these."""
+        from scipy.stats import t
+
+        of_blocks = np.maximum(np.einsum("rk,kl,rl->r", rows, self.covariance, rows), 0.0)
+        of_joints, count = self.joints.variances(rows, of_blocks)
+        both = np.maximum(of_blocks + of_joints, 1e-300)
+        # degrees of freedom of the sum of two variances (Welch, 1947)
+        of_each = of_blocks**2 / max(self.blocks - 1, 1) + of_joints**2 / np.maximum(count - 1, 1)
+        return t.ppf(SURE, both**2 / np.maximum(of_each, 1e-300)) * np.sqrt(of_blocks + of_joints)
+
+
+@dataclass(frozen=True, eq=False)
+class WithoutJoints:
+    """By how much theta moves, ``moved`` (n, P), where the rows of one joint are left out, and its covariance then (n, P, P) and ``with_all``
+    (P, P), in units of the noise.
+
+    A model errs on a joint from one end of a recording to the other, by its gain or its friction: blocks of time move together then, and
+    only the other joints contradict what this one says of a load or of gravity.
+    """
+
+    moved: Array
+    covariance: Array
+    with_all: Array
+
+    def variances(self, rows: Array, of_blocks: Array) -> tuple[Array, NDArray[np.intp]]:
+        """The variance (r,) of linear functions of theta, ``rows`` (r, P), between joints, beyond what their variance over blocks (r,) makes of
+        it; and of how many joints (r,) it is, those that the others can do without. A jackknife, whose moves are by noise alone as large as
+        the variance grows without the joint: Hausman, "Specification tests in econometrics" (1978)."""
+        moved = self.moved @ rows.T
+        alone = np.einsum("rk,jkl,rl->jr", rows, self.covariance, rows)
+        known = np.maximum(np.einsum("rk,kl,rl->r", rows, self.with_all, rows), 1e-300)
+        counted = (alone <= BY_OTHERS**2 * known) & (moved != 0)
+        count = counted.sum(axis=0)
+        by_noise = np.maximum(alone / known - 1, 0.0) * of_blocks
+        beyond = np.sum(counted * (moved**2 - by_noise), axis=0) * (count - 1) / np.maximum(count, 1)
+        return np.where(count >= FEWEST_JOINTS, np.maximum(beyond, 0.0), 0.0), count
 
 
 def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
@@ -38,15 +86,17 @@ def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
             baseline = baseline.joined(slopes)
     products, squares = BaselineProducts(hypothesis.data, baseline), hypothesis.fit.weights**2
     own, R = products.own, len(hypothesis.fit.x)
-    G, every = len(own.blocks), len(baseline.prior)
+    G, n, every = len(own.blocks), len(squares), len(baseline.prior)
     normals, scores = np.zeros((G, every, every)), np.zeros((G, every))
-    for joint, square in zip(products.units, squares, strict=True):
+    of_joints = np.zeros((n, every, every)), np.zeros((n, every))
+    for j, (joint, square) in enumerate(zip(products.units, squares, strict=True)):
         part = square * joint.products[own.blocks]
-        normals[:, joint.places[:, None], joint.places] += part[:, :-1, :-1]
         known = joint.places < R
-        scores[:, joint.places] += (
-            part[:, :-1, -1] - part[:, :-1, :-1][:, :, known] @ hypothesis.fit.x[joint.places[known]]
-        )
+        slope = part[:, :-1, -1] - part[:, :-1, :-1][:, :, known] @ hypothesis.fit.x[joint.places[known]]
+        normals[:, joint.places[:, None], joint.places] += part[:, :-1, :-1]
+        scores[:, joint.places] += slope
+        of_joints[0][j][np.ix_(joint.places, joint.places)] = part[:, :-1, :-1].sum(axis=0)
+        of_joints[1][j, joint.places] = slope.sum(axis=0)
     prior = np.diag(baseline.prior)
     H = normals.sum(axis=0) + prior
     moved = np.array([pseudo_inverse(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])
@@ -61,7 +111,13 @@ def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
         for a in hypothesis.accepted
         if a.candidate.key == key
     }
-    return Uncertainty(J @ covariance[:R, :R] @ J.T, shapes, t_quantile(G))
+    without = [pseudo_inverse(H - normal) for normal in of_joints[0]]
+    joints = WithoutJoints(
+        moved=np.array([J @ (one @ score)[:R] for one, score in zip(without, of_joints[1], strict=True)]),
+        covariance=np.array([J @ one[:R, :R] @ J.T for one in without]),
+        with_all=J @ inverse[:R, :R] @ J.T,
+    )
+    return Uncertainty(J @ covariance[:R, :R] @ J.T, shapes, G, joints)
 
 
 def resampled_reduction(before: Array, after: Array, seed: int) -> tuple[float, float]:
