@@ -40,8 +40,9 @@ def parameter_values(
     rows = np.zeros((len(told), len(model.theta)))
     rows[:, places] = told
     errors = np.sqrt(np.maximum(np.einsum("rk,kl,rl->r", rows, covariance, rows), 0.0))
-    # forces of a moment are felt by few joints, and a model errs there as it does at all times
-    reaches = uncertainty.half * errors if isinstance(effect, Contact) else uncertainty.reach(rows)
+    # what acts on one joint no other contradicts, and of a contact only its own moment says anything
+    several = len(np.unique(effect.pattern(model.robot)[:, 0])) > 1 and not isinstance(effect, Contact)
+    reaches = uncertainty.reach(rows) if several else uncertainty.half * errors
     result = []
     unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
     each = zip(columns, values, changes, errors, reaches, strict=True)
