@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.confounders import friction_confounder, with_confounder
+from physident.diagnosis.grading.confounders import UNKNOWN, friction_confounder, with_confounder
 from physident.diagnosis.grading.control import changed_since
 from physident.diagnosis.grading.signs import amplitudes, changes_sign
 from physident.diagnosis.result.findings import Finding, Reduction
@@ -135,7 +135,7 @@ def test_unequal_time_since_the_start_is_named(healthy_runs: list[pid.Recording]
     later = [replace(run, time=run.time + 1200.0) for run in healthy_runs[2:]]
     assert "20 min later" in friction_confounder(healthy_runs[:2], later)
     assert "20 min earlier" in friction_confounder(later, healthy_runs[:2])
-    assert friction_confounder(healthy_runs[:2], healthy_runs[2:]) == ""
+    assert friction_confounder(healthy_runs[:2], healthy_runs[2:]) == UNKNOWN
 
 
 def finding(effect: str) -> Finding:

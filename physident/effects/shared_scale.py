@@ -93,7 +93,8 @@ def sized(shares: Array) -> tuple[str, str]:
     """Shares of joints that differ one way, as "11 to 16 %" or "20 %", and the way: "higher" or "lower"; of joints that differ both
     ways as "2 % lower to 3 % higher", and nothing."""
     percent = 100 * shares
-    low, high = sorted((f"{abs(percent.min()):.2g}", f"{abs(percent.max()):.2g}"), key=float)
+    first, last = (f"{size:.0f}" if size >= 10 else f"{size:.2g}" for size in map(abs, (percent.min(), percent.max())))
     if percent.min() < 0 < percent.max():
-        return f"{abs(percent.min()):.2g} % lower to {abs(percent.max()):.2g} % higher", ""
+        return f"{first} % lower to {last} % higher", ""
+    low, high = sorted((first, last), key=float)
     return f"{low if low == high else f'{low} to {high}'} %", "higher" if percent.max() > 0 else "lower"

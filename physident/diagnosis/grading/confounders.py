@@ -13,16 +13,23 @@ from physident.effects.classification import Family
 from physident.effects.thermal import NOTICEABLE_WARMING
 from physident.recordings.recording import Recording
 
+UNKNOWN = (
+    "no temperature was recorded: a healthy arm's friction differs by some per cent from day to day, so a small change is a fault only"
+    " if it stays"
+)
 NOTICEABLE_TIME = 60.0  # s: gears warm up over minutes, and less than one makes no difference that friction would show
 
 
 def with_confounder(
     findings: Sequence[Finding], before: Sequence[Recording], after: Sequence[Recording]
 ) -> tuple[Finding, ...]:
-    """The findings, those of friction with what differs between the recordings before and after and could be their reason."""
+    """The findings, those of friction, or that may be friction, with what differs between the recordings before and after and could be
+    their reason."""
     text = friction_confounder(before, after)
     friction = {name for name, effect in CATALOGUE.items() if effect.family is Family.FRICTION}
-    return tuple(replace(f, confounder=text) if f.effect in friction else f for f in findings)
+    return tuple(
+        replace(f, confounder=text) if friction & {f.effect, *(r.effect for r in f.rivals)} else f for f in findings
+    )
 
 
 def friction_confounder(before: Sequence[Recording], after: Sequence[Recording]) -> str:
@@ -41,7 +48,7 @@ def friction_confounder(before: Sequence[Recording], after: Sequence[Recording])
         )
     early, late = (float(np.mean([_mean(one.time) for one in group])) for group in groups)
     if abs(late - early) <= NOTICEABLE_TIME:
-        return ""
+        return UNKNOWN
     return (
         f"by their clocks the recordings began {_ago(early, late)}, and an arm that warms up loses friction by itself: record after the"
         " same time"

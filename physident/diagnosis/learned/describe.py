@@ -62,8 +62,10 @@ def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: Lea
         _visited(hypothesis, accepted, effect),
         _open_mean(hypothesis, accepted, effect),
     )
-    torque = (effect.shapes_at(robot, x) - mean) @ _theta(hypothesis, accepted)
+    line = _open_line(hypothesis, accepted, effect)
+    torque = (effect.shapes_at(robot, x) - mean - np.outer(x, line)) @ _theta(hypothesis, accepted)
     words = effect.points_in_words(robot, 0, x, torque)
+    words += ", beyond the straight line that viscous friction of the model holds" if line.any() else ""
     return (
         f"{words}, from its mean there, of which another parameter of the model may hold any part"
         if mean.any()
@@ -74,11 +76,12 @@ def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: Lea
 def _with_error(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array]:
-    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): from its mean, where that is open."""
+    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): from its mean and beyond a straight line,
+    where these are open."""
     places, theta = _places(hypothesis, accepted), _theta(hypothesis, accepted)
     x, _, Phi = effect.curve(hypothesis.problem.model.robot, theta)
     covariance = uncertainty.covariance[np.ix_(places, places)]
-    Phi = Phi - _open_mean(hypothesis, accepted, effect)
+    Phi = Phi - _open_mean(hypothesis, accepted, effect) - np.outer(x, _open_line(hypothesis, accepted, effect))
     return x, Phi @ theta, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
 
 
@@ -90,6 +93,20 @@ def _open_mean(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: Learned
     error = np.sqrt(max(float(mean @ hypothesis.covariance[np.ix_(places, places)] @ mean), 0.0))
     is_open = effect.has_mean and OPEN * error > np.abs((Phi - mean) @ _theta(hypothesis, accepted)).max()
     return mean if is_open else np.zeros_like(mean)
+
+
+def _open_line(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:
+    """The slope (modes,) of a curve's modes over velocity, where viscous friction of the joint is refitted beside them: which of the two
+    holds a straight line is for the curve's prior to say, and no property of the arm. Zeros otherwise."""
+    problem, robot = hypothesis.problem, hypothesis.problem.model.robot
+    joint = accepted.candidate.joints[0] - 1
+    x = _visited(hypothesis, accepted, effect)
+    Phi = effect.shapes_at(robot, x)
+    terms = [t for one, theta in problem.model.effect_parameters() for t in one.joint_terms(robot, theta) or ()]
+    damped = any(t.damping is not None and joint in t.joints for t in terms)
+    if effect.variable != "velocity" or problem.question != "missing" or not damped:
+        return np.zeros(Phi.shape[1])
+    return np.linalg.lstsq(np.column_stack([x, np.ones_like(x)]), Phi, rcond=None)[0][0]
 
 
 def _places(hypothesis: Hypothesis, accepted: AcceptedEffect) -> NDArray[np.intp]:

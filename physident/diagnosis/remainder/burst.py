@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,32 +14,44 @@ Array = NDArray[np.float64]
 SHORT = 0.1  # of all rows, at most
 LONGEST = 20  # half seconds: what lasts longer in a recording of an hour is no moment
 MUCH = 1 / 3  # of the power, at least
+MOSTLY = 0.5  # of a burst
 CERTAIN = 0.01  # how often noise of one size has a burst somewhere
 
 
 @dataclass(frozen=True, kw_only=True)
 class Burst:
     """A ``share`` of a residual's power lies between ``start`` and ``end`` [s] of one ``recording`` (its name), in ``of_time``, a share of
-    all rows."""
+    all rows; ``at_rest``: the joint stood or crept for most of it."""
 
     recording: str
     start: float
     end: float
     share: float
     of_time: float
+    at_rest: bool = False
 
     def __str__(self) -> str:
         when = f"between {self.start:.1f} and {self.end:.1f} s of {self.recording}"
-        return f"{100 * self.share:.0f} % of it lies {when}, in {100 * self.of_time:.0f} % of the time: see what happened then"
+        why = (
+            "the joint stood or crept then, and what holds it is friction of any size up to its level"
+            if self.at_rest
+            else "see what happened then"
+        )
+        return f"{100 * self.share:.0f} % of it lies {when}, in {100 * self.of_time:.0f} % of the time: {why}"
 
 
 def burst_of(
-    residual: Array, time: Array, recording: NDArray[np.intp], names: Sequence[str], worth: float
+    residual: Array,
+    time: Array,
+    recording: NDArray[np.intp],
+    names: Sequence[str],
+    worth: float,
+    resting: NDArray[np.bool_] | None = None,
 ) -> Burst | None:
     """The burst of a residual (M,), if it has one: a tenth of the time, and ten seconds, at most that hold a third of the power at least.
 
     ``time`` (M,) [s] since each row's recording began, whose place among the ``names`` is ``recording`` (M,); ``worth``: how many independent
-    samples the rows are. Of all runs of half seconds the one is taken whose own variance is the most likely beside that of all other rows;
+    samples the rows are; ``resting`` (M,): where the joint stands or creeps. Of all runs of half seconds the one is taken whose own variance is the most likely beside that of all other rows;
     noise of one size would make it once in a hundred times (F test, Bonferroni over as many runs of its length as there is room for).
     """
     from scipy.stats import f
@@ -54,7 +66,10 @@ def burst_of(
     _, best = max(found, key=lambda one: one[0])
     ratio = best.share / best.of_time * (1 - best.of_time) / max(1 - best.share, 1e-12)
     chance = float(f.sf(ratio, max(best.of_time * worth, 1.0), max((1 - best.of_time) * worth, 1.0)))
-    return best if best.share >= MUCH and chance / best.of_time < CERTAIN else None
+    if best.share < MUCH or chance / best.of_time >= CERTAIN:
+        return None
+    of_it = (recording == names.index(best.recording)) & (time >= best.start) & (time <= best.end)
+    return replace(best, at_rest=resting is not None and bool(resting[of_it].mean() > MOSTLY))
 
 
 def _likeliest(residual: Array, time: Array, rows: NDArray[np.intp], name: str) -> tuple[float, Burst] | None:

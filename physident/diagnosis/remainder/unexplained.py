@@ -18,6 +18,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import FINEST
 from physident.large_arrays import steps
+from physident.recordings.signals import MOVING_SPEED
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
@@ -100,6 +101,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     signals = hypothesis.problem.signals
     since = regressor.time - np.array([one.origin for one in signals])[regressor.recording]
     names = [PurePath(one.source).name for one in signals]
+    creeping = np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -129,7 +131,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 order=float(orders[top]),
                 order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
                 predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
-                burst=burst_of(r, since, regressor.recording, names, worth),
+                burst=burst_of(r, since, regressor.recording, names, worth, creeping[:, j]),
             )
         )
     return tuple(result)

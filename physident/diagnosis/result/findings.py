@@ -35,6 +35,12 @@ class ParameterValue:
     unit: str
     at_end: bool = False
 
+    @property
+    def change_interval95(self) -> tuple[float, float]:
+        """The interval of the change: the value from before is the model's, right or wrong."""
+        low, high = self.interval95
+        return low - (self.value - self.change), high - (self.value - self.change)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reduction:

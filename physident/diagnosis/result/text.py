@@ -77,7 +77,7 @@ def _answer(d: DiagnosisRecord) -> str:
         return f"too little of the error to be called a cause is explained by {'; '.join(named)}"
     if not d.causes:
         return "nothing that these recordings can prove"
-    return "; ".join(_named(f.effect, f.joints) for f in d.causes[:SHOWN])
+    return "; ".join(one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in d.causes[:SHOWN])
 
 
 def _minor(d: DiagnosisRecord) -> list[str]:
@@ -214,10 +214,12 @@ def _separating(d: DiagnosisRecord, f: Finding) -> list[str]:
 
 def _value(v: ParameterValue, several: bool) -> str:
     place = f" of joint {v.joint}" if several else ""
-    changed = "" if v.change == v.value else f" (changed by {v.change:+.3g})"
     end = ", at the end of the range searched" if v.at_end else ""
     unit = "" if v.unit == "1" else f" {v.unit}"
-    return f"{v.name}{place} {v.value:.4g}{unit} [{v.interval95[0]:.3g}, {v.interval95[1]:.3g}]{changed}{end}"
+    low, high = v.change_interval95
+    to = "" if v.change == v.value else f" to {v.value:.4g}"
+    size = f"{v.value:.4g}" if v.change == v.value else f"changed by {v.change:+.4g}"
+    return f"{v.name}{place} {size}{unit} [{low:.3g}, {high:.3g}]{to}{end}"
 
 
 def _unexplained(d: DiagnosisRecord) -> list[str]:

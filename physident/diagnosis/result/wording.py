@@ -150,12 +150,12 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
 
 def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
-    found = [cause(f.effect, f.joints) for f in findings if not f.intervals]
+    found = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in findings if not f.intervals]
     return [f"{FOUND[asked]} {_few(found)}."] if found else []
 
 
 def one_of(names: Sequence[str]) -> str:
-    """What a contribution is, and what it could also be: two names, and that there are more."""
+    """What a finding is, and what it could also be: two names, and that there are more."""
     return " or ".join([*names[:2], *(["others"] if len(names) > 2 else [])])
 
 

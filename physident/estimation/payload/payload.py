@@ -82,25 +82,29 @@ class Payload:
             )
         if self.visible and (apart := self._apart()) is not None:
             found.append(
-                f"joints disagree about the mass beyond their errors ({apart[0]:.3g} to {apart[1]:.3g} kg):"
-                " check the drive gains and the model of the arm"
+                f"joints disagree about the mass beyond their errors (joint {apart[0]} states {apart[1]:.3g} kg, the others {apart[2]:.3g}"
+                f" kg): check the drive gain of joint {apart[0]} and the model of the arm"
             )
         if self.gain_change.real:
             found.insert(0, self._gain())
         return tuple(found)
 
-    def _apart(self) -> tuple[float, float] | None:
-        """The least and the largest mass [kg] that joints state, where one is apart from their mean by more than its error."""
+    def _apart(self) -> tuple[int, float, float] | None:
+        """The joint (from 1) that is apart from the mean of the others by most of its error, the mass [kg] that it states, and theirs; None
+        where none is beyond chance."""
         from scipy.stats import norm
 
-        mass, error = self.seen_by_joint[np.isfinite(self.seen_by_joint).all(axis=1) & (self.seen_by_joint[:, 1] > 0)].T
+        seen = np.flatnonzero(np.isfinite(self.seen_by_joint).all(axis=1) & (self.seen_by_joint[:, 1] > 0))
+        mass, error = self.seen_by_joint[seen].T
         if len(mass) < 2:
             return None
         away = np.abs(mass - np.average(mass, weights=1 / error**2))
         allowed = float(norm.ppf(1 - (1 - LEVEL) / (2 * len(mass))))
         if not ((away > allowed * error) & (away > APART * abs(self.mass))).any():
             return None
-        return float(mass.min()), float(mass.max())
+        k = int(np.argmax(np.where(away > APART * abs(self.mass), away / error, 0.0)))
+        others = np.arange(len(mass)) != k
+        return int(seen[k]) + 1, float(mass[k]), float(np.average(mass[others], weights=1 / error[others] ** 2))
 
     def _gain(self) -> str:
         """The change of a gain in words."""

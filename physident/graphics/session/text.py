@@ -72,8 +72,9 @@ def _finding(number: int, finding: Finding) -> list[str]:
         _row(["---"] * 5),
     ]
     for v in finding.parameters[:MAX_ROWS]:
-        interval = f"{v.interval95[0]:.3g} to {v.interval95[1]:.3g}"
-        lines.append(_row([effect_label(v.name), str(v.joint or ""), f"{v.value:.4g}", interval, v.unit]))
+        interval = f"{v.change_interval95[0]:.3g} to {v.change_interval95[1]:.3g}"
+        value = f"{v.value:.4g}" if v.change == v.value else f"changed by {v.change:+.4g} to {v.value:.4g}"
+        lines.append(_row([effect_label(v.name), str(v.joint or ""), value, interval, v.unit]))
     if len(finding.parameters) > MAX_ROWS:
         lines.append(_row([f"and {len(finding.parameters) - MAX_ROWS} more", "", "", "", ""]))
     lines.append("")

@@ -101,19 +101,18 @@ def _recording(c: DiagnosisRecord, f: Finding) -> str:
 def _parameters(f: Finding) -> list[Markup]:
     if not f.parameters:
         return []
-    head = ["parameter", *(["joint"] if f.joints or f.by_joint else []), "value", "95 % interval"]
     changed = any(v.change != v.value for v in f.parameters)
-    return [
-        table([*head, *(["change"] if changed else [])], [_row(f, v, changed) for v in f.parameters], class_="numbers")
-    ]
+    last = ["change", "95 % interval of the change"] if changed else ["95 % interval"]
+    head = ["parameter", *(["joint"] if f.joints or f.by_joint else []), "value", *last]
+    return [table(head, [_row(f, v, changed) for v in f.parameters], class_="numbers")]
 
 
 def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
-    low, high = v.interval95
+    low, high = v.change_interval95
     name = effect_label(v.name)
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
-    row = [name, *([str(v.joint)] if f.joints or f.by_joint else []), quantity(v.value, v.unit), interval]
-    return [*row, quantity(v.change, v.unit, sign=True)] if changed else row
+    row = [name, *([str(v.joint)] if f.joints or f.by_joint else []), quantity(v.value, v.unit)]
+    return [*row, *([quantity(v.change, v.unit, sign=True)] if changed else []), interval]
 
 
 def _end(v: ParameterValue) -> list[Markup]:
