@@ -66,6 +66,17 @@ def test_the_larger_of_two_bursts_is_told_and_a_lesser_share_is_not() -> None:
     assert burst_of(faint, time, recording, NAMES, len(time) / REMEMBERED) is None
 
 
+def test_a_joint_that_stood_then_is_no_event() -> None:
+    time, recording = rows()
+    stuck = (time >= 3.0) & (time < 5.0) & (recording == 0)
+    residual = noise(3) * np.where(stuck, 6.0, 1.0)
+    for resting, words in ((stuck, "the joint stood or crept then"), (~stuck, "see what happened then")):
+        found = burst_of(residual, time, recording, NAMES, len(time) / REMEMBERED, resting)
+        assert found is not None
+        assert found.at_rest == (resting is stuck)
+        assert words in str(found)
+
+
 def test_a_burst_is_written_and_read_back() -> None:
     burst = Burst(recording="now.csv", start=9.5, end=12.0, share=0.49, of_time=0.07)
     numbers = dict.fromkeys(

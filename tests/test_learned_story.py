@@ -52,6 +52,10 @@ def test_a_law_stays_where_no_joint_needs_a_curve(ur5: pid.Robot, bump: float, c
     assert told.get("learned_velocity", ()) == curves
     assert sorted({joint for joints in told.values() for joint in joints}) == ([2, 3] if bump else [2])
     assert found.after.relative[1] < 0.7 * found.before.relative[1]
+    for cause in found.causes:
+        for curve in cause.curves:  # a straight line is viscous friction, whichever of the two the fit gave it to
+            line = np.polyfit(curve.x, curve.torque, 1)[0] * np.array(curve.x)
+            assert np.ptp(line) < np.ptp(np.array(curve.torque) - line)
 
 
 def with_tight_spot(run: pid.Recording, joint: int, place: float) -> pid.Recording:

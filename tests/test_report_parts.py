@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.result.wording import headline, in_words, listed, numbered, remainder_sentence
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
@@ -136,6 +138,23 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     assert headline("missing", "unexplained", [part]).endswith("time delay or payload or others.")
     assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
     assert "time delay" not in headline("missing", "explained", [part, found])
+
+
+def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
+    """Who reads no further must not take one of several names for the answer."""
+    names = ("torque_constant", "viscous_friction", "coulomb_friction")
+    rivals = [SimpleNamespace(effect=name, joints=(6,), inseparable=False) for name in names[1:]]
+    found: Any = SimpleNamespace(effect=names[0], joints=(6,), grade="cause", intervals=(), rivals=rivals)
+    assert headline("different", "explained", [found]).endswith(
+        "torque constant on joint 6 or viscous friction on joint 6 or others."
+    )
+
+
+def test_the_interval_of_a_change_holds_the_change() -> None:
+    grown = ParameterValue(name="size", joint=4, value=4.9, change=1.3, std=0.05, interval95=(4.8, 5.0), unit="N m")
+    assert grown.change_interval95 == pytest.approx((1.2, 1.4))
+    new = replace(grown, change=4.9)
+    assert new.change_interval95 == new.interval95
 
 
 def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
