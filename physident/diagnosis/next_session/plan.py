@@ -41,9 +41,10 @@ def plan_next(
         notes.append(
             "mass and drive gains are confounded: with --load KG, a load that was weighed, some pieces carry it"
         )
-    inseparable = sorted({r.effect for f in diagnosis.findings for r in f.rivals if r.inseparable})
+    inseparable = sorted({(f.effect, r.effect) for f in diagnosis.findings for r in f.rivals if r.inseparable})
     if inseparable:
-        notes.append(f"no motion within the recorded ranges separates these rivals: {', '.join(inseparable)}")
+        pairs = [f"{one} from {other}" for one, other in inseparable]
+        notes.append(f"no motion within the recorded ranges tells {', '.join(pairs)}")
     if inside := part_of_model(diagnosis):
         notes.append(f"part of the model that is refitted, so that no motion shows a change of it: {', '.join(inside)}")
     shown = [ranges_of_signals(model, prepare(one, diagnosis.filter)) for one in recordings]

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from physident.diagnosis.result.findings import Finding, ParameterValue
+from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
@@ -68,6 +68,8 @@ def _verdict(d: DiagnosisRecord) -> str:
     name = d.verdict.replace("_", " ")
     if d.verdict == "nothing_missing":
         name = "nothing has changed" if d.question == "different" else "nothing is missing"
+    if d.verdict == "explained" and d.wrong_baseline:
+        name = "explained by more causes than these recordings can prove"
     return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}"
 
 
@@ -84,7 +86,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     """What was found and is no cause, one line each; and what a change could not be held against."""
     rows = []
     for grade in ("contribution", "hint"):
-        for f in (f for f in d.findings if f.grade == grade):
+        for f in (f for f in d.findings if f.grade == grade and not _is_nothing(f)):
             ends = dict.fromkeys(
                 f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end
             )
@@ -103,8 +105,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
         diagnosed = [one for one in d.recordings if one.role == "diagnosed"]
         rows.append(
             f"compared: {len(repeated)} of {len(diagnosed)} recordings repeat a motion {'from before' if d.asked == 'different_from_before' else 'that the model was fitted to'}"
-            f" ({Path(repeated[0].path).name} that of {Path(str(repeated[0].repeats)).name}); what the model lacks is in both and"
-            " was taken off, so that what is left has changed"
+            f" ({_repeats(repeated)}); what the model lacks is in both and was taken off, so that what is left has changed"
         )
     elif d.controlled:
         rows.append(
@@ -117,6 +118,18 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             " stand here as a change; give them with --before"
         )
     return rows
+
+
+def _repeats(repeated: Sequence[UsedRecording]) -> str:
+    """Which recordings repeat which, the first of many."""
+    pairs = [f"{Path(one.path).name} that of {Path(str(one.repeats)).name}" for one in repeated]
+    more = [f"{len(pairs) - VALUES} more"] if len(pairs) > VALUES else []
+    return ", ".join([*pairs[:VALUES], *more])
+
+
+def _is_nothing(f: Finding) -> bool:
+    """Whether a hint is of no effect beside what was found, in the digits that are printed."""
+    return f.grade == "hint" and abs(f.gain.reduction_percent) < 0.05 and (f.takes_percent or 0.0) < 0.5
 
 
 def _first_values(f: Finding) -> str:
