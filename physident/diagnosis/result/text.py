@@ -10,6 +10,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRec
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    incomplete_words,
     one_of,
     parts_of,
     searches_in_words,
@@ -51,7 +52,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.incomplete:
         rows.append(
             f"the model is incomplete: its residual on its own training recordings is autocorrelated too (joint"
-            f" {', '.join(map(str, d.incomplete))}); diagnose those first, because an effect it lacks shows here as if it were new"
+            f" {', '.join(map(str, d.incomplete))}); {incomplete_words(d.controlled)}"
         )
     return "\n".join(part for row in rows for part in wrapped(row))
 
@@ -171,6 +172,8 @@ def _levels(d: DiagnosisRecord) -> list[str]:
         rows.append(f"  noise floor: not known, because no motion was repeated{within}")
     if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
         rows.append("  after: contact rows are excluded, because no other recording can predict a contact force")
+    if d.missing_since_before:
+        rows.append("  after: with what is missing since before, too")
     for label, level in (("before", d.before), ("after", d.after)):
         rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
     return rows

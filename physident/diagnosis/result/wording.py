@@ -80,6 +80,16 @@ def wrong_unseen_sentence(joints: Sequence[int]) -> str:
     return f"on the holdout {where} err{'s' if len(joints) == 1 else ''} more than twice what is left of the diagnosed recordings and the model's values leave open: that is no noise"
 
 
+def incomplete_words(controlled: bool | None) -> str:
+    """What it means for changes that a model is incomplete: where its own recordings were ``controlled``, what they show was told apart."""
+    if controlled:
+        return (
+            "what its own recordings show stands apart, as missing since before; what they do not tell may still stand here as a"
+            " change, and hides smaller ones"
+        )
+    return "an effect it lacks shows here as if it were new: ask first what is missing from it, of its own recordings"
+
+
 def searches_in_words(stability: float) -> str:
     """How many of the searches on halves of the recordings found something, from their share."""
     return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     cause,
+    incomplete_words,
     listed,
     parts_of,
     wrong_baseline_sentence,
@@ -28,10 +29,6 @@ MARKS = {
     "nothing_missing": "nothing missing",
     "unexplained": "unexplained",
 }
-INCOMPLETE_MODEL = (
-    "The model's residual on its own training recordings is still autocorrelated, so effects that it lacked then are"
-    " reported here as changes."
-)
 WORSE = 1.0  # %: a smaller rise is not mentioned
 
 
@@ -104,7 +101,9 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
     if c.wrong_baseline:
         warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
     if c.incomplete and c.findings:
-        warnings.append(INCOMPLETE_MODEL)
+        warnings.append(
+            f"The model's residual on its own training recordings is still autocorrelated: {incomplete_words(c.controlled)}."
+        )
     if unsure := [place for place, f in enumerate(c.findings, 1) if f.rivals]:
         warnings.append(
             f"Finding{'s' if len(unsure) > 1 else ''} {listed(unsure)} could have another cause, which these recordings"

@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import UnseenReason
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import numbered
+from physident.diagnosis.result.wording import incomplete_words, numbered
 from physident.effects.catalogue import effect_label, effect_scope
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
@@ -81,8 +81,8 @@ def _incomplete(c: DiagnosisRecord) -> list[Markup]:
         return []
     where = f"joint{'s' if len(c.incomplete) > 1 else ''} {numbered(list(c.incomplete))}"
     text = (
-        f"the model's residual on its own training recordings is still autocorrelated on {where}, so effects that it"
-        " lacked then are reported here as changes."
+        f"the model's residual on its own training recordings is still autocorrelated on {where};"
+        f" {incomplete_words(c.controlled)}."
     )
     return [tag("p", tag("strong", "Changes that may not be new: "), text)]
 
