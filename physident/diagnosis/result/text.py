@@ -14,6 +14,7 @@ from physident.diagnosis.result.wording import (
     one_of,
     parts_of,
     searches_in_words,
+    sense_in_words,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
@@ -195,7 +196,7 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
         f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
         f" [{low:.1f}, {high:.1f}]"
     ]
-    rows += [f"   {f.in_words}"] if f.in_words else []
+    rows += [f"   {sense_in_words(f)}"] if f.in_words else []
     shown = f.parameters[: 2 * VALUES]
     texts = [_value(v, f.by_joint) for v in shown]
     rows += [f"   {', '.join(texts[i : i + VALUES])}" for i in range(0, len(texts), VALUES)]

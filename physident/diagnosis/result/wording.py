@@ -95,6 +95,13 @@ def searches_in_words(stability: float) -> str:
     return f"found in {round(SEARCHES * stability)} of {SEARCHES} searches on halves of the recordings"
 
 
+def sense_in_words(finding: Finding) -> str:
+    """What its values mean: of a finding with rivals, what they mean if it is this one."""
+    if not finding.rivals or not finding.in_words or finding.curves:
+        return finding.in_words
+    return f"If it is {effect_label(finding.effect)}: {finding.in_words}"
+
+
 def trust_in_words(finding: Finding) -> str:
     """A sentence with the grade of what is no cause, why, and how many searches on halves found it; empty where nothing is to be said."""
     searches = [] if finding.stability is None else [searches_in_words(finding.stability)]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, in_words, listed, trust_in_words
+from physident.diagnosis.result.wording import cause, in_words, listed, sense_in_words, trust_in_words
 from physident.effects.catalogue import effect_label
 from physident.graphics.session.data import SessionData, spans
 from physident.robots.robot import Robot
@@ -84,7 +84,7 @@ def _finding(number: int, finding: Finding) -> list[str]:
     if finding.rivals:
         rivals = listed([cause(r.effect, r.joints) for r in finding.rivals])
         lines += [f"These recordings cannot separate it from {rivals}.", ""]
-    texts = (finding.in_words, trust_in_words(finding), finding.advice)
+    texts = (sense_in_words(finding), trust_in_words(finding), finding.advice)
     lines += [f"{text[0].upper()}{text[1:]}\n" for text in map(in_words, texts) if text]
     return lines
 

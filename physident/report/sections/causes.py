@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import CurveBand, Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import cause, in_words, listed, trust_in_words
+from physident.diagnosis.result.wording import cause, in_words, listed, sense_in_words, trust_in_words
 from physident.effects.catalogue import CATALOGUE, effect_label
 from physident.graphics.style import OTHER, effect_colour
 from physident.report.chart import Line, line_chart
@@ -50,7 +50,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         "article",
         tag("h3", f"{n}. {title[0].upper()}{title[1:]}"),
         *([tag("p", f"How it shows: {effect.signature}.")] if effect.signature else []),
-        *([tag("p", f"{words[0].upper()}{words[1:]}")] if (words := in_words(f.in_words)) else []),
+        *([tag("p", f"{words[0].upper()}{words[1:]}")] if (words := in_words(sense_in_words(f))) else []),
         *(_curve(c, curve) for curve in f.curves),
         tag("p", *_gain(c, f)),
         *([tag("p", f"It lasts {_times(f)} by the clock of {_recording(c, f)}.")] if f.intervals else []),
