@@ -10,8 +10,8 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.statistics.common_share import share_of_most
-from physident.effects.shared_scale import UNEVEN
-from physident.effects.thermal import FrictionLevel
+from physident.effects.scales.friction_level import FrictionLevel
+from physident.effects.scales.shared_scale import UNEVEN
 from physident.testing import check_effect
 from tests.plant import Arm, Sensors, hide, multisine, record
 

@@ -10,7 +10,8 @@ import pytest
 
 import physident as pid
 from physident.effects.friction import CoulombFriction, NonlinearViscousFriction, StribeckFriction
-from physident.effects.thermal import FrictionLevel
+from physident.effects.hysteresis import PreslidingHysteresis
+from physident.effects.scales.friction_level import FrictionLevel
 from physident.testing import check_effect
 from tests.serial_arms import ARMS, urdf
 
@@ -74,6 +75,26 @@ def test_it_scales_every_law_of_a_model(ur5: pid.Robot) -> None:
     own = level.values(ur5, signals)
     np.testing.assert_allclose(own.T, more, rtol=0.04)  # a line through a few speeds
     np.testing.assert_allclose(dry.values(ur5, signals) + by_speed.values(ur5, signals), own, atol=1e-9)
+
+
+def test_a_level_on_a_level_is_of_all_the_friction_there_is(ur5: pid.Robot) -> None:
+    """As of a model that was found to be of a colder arm, and is asked again."""
+    model = pid.Model(
+        ur5, pid.make_effects(["coulomb_friction", NonlinearViscousFriction(exponent=(0.7,))]), np.full(12, 2.0)
+    )
+    once, *_ = FrictionLevel.options_beside(ur5, model.effect_parameters())
+    colder = pid.Model(ur5, (*model.effects, once), np.array([*model.theta, 0.5]))
+    twice, *_ = FrictionLevel.options_beside(ur5, colder.effect_parameters())
+    v = np.linspace(-3.0, 3.0, 101)[:, None] * np.ones(6)
+    signals = pid.Signals.of_states(np.zeros_like(v), v, np.zeros_like(v))
+    np.testing.assert_allclose(twice.values(ur5, signals), 1.5 * once.values(ur5, signals), rtol=1e-9, atol=1e-9)
+
+
+def test_bristles_are_dry_friction(ur5: pid.Robot) -> None:
+    model = pid.Model(ur5, (PreslidingHysteresis(distance=(0.01,)),), np.full(6, 300.0))
+    (level,) = FrictionLevel.options_beside(ur5, model.effect_parameters())
+    assert level.coulomb == pytest.approx((3.0,) * 6)  # N m where they slide
+    assert not level.beyond
 
 
 def test_it_keeps_what_an_effect_promises(ur5: pid.Robot) -> None:

@@ -11,7 +11,7 @@ import pytest
 import physident as pid
 from physident.effects.friction import ViscousFriction
 from physident.effects.inertia import RigidBody, RotorInertia
-from physident.effects.thermal import FrictionLevel
+from physident.effects.scales.friction_level import FrictionLevel
 from physident.simulation.integrate import integrate
 from physident.simulation.simulate import simulate
 from tests.simulated_arm import SMOOTH, arm, drive

@@ -15,7 +15,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import placebos_of, refuse_if_placebos_pass
 from physident.diagnosis.statistics.stored_products import Key
-from physident.effects.shared_scale import SharedScale
+from physident.effects.scales.shared_scale import SharedScale
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -31,7 +31,8 @@ from physident.effects.learned.curves import (
 )
 from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueCrosstalk, TorqueOffset, TorqueScale
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
-from physident.effects.thermal import FrictionLevel, WarmUp
+from physident.effects.scales.friction_level import FrictionLevel
+from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file
 from physident.errors import InputError, did_you_mean

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Family, Scope, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
-from physident.effects.shared_scale import SharedScale, sized
+from physident.effects.scales.shared_scale import SharedScale, sized
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 

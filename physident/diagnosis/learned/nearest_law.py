@@ -14,7 +14,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.shared_scale import SharedScale
+from physident.effects.scales.shared_scale import SharedScale
 
 Array = NDArray[np.float64]
 SAME_SHAPE = 15.0  # % of a curve's RMS: a law that is nearer describes it as well as values are asked to be known

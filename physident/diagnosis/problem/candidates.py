@@ -15,7 +15,7 @@ from physident.effects.classification import Detection
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.shared_scale import SharedScale
+from physident.effects.scales.shared_scale import SharedScale
 from physident.large_arrays import empty, steps
 from physident.recordings.signals import Signals
 

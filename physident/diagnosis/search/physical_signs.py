@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.common_share import limit_of, share_of_most
-from physident.effects.shared_scale import UNEVEN, SharedScale
+from physident.effects.scales.shared_scale import UNEVEN, SharedScale
 
 Array = NDArray[np.float64]
 SPEEDS = 40  # of the grid on which a joint's friction must oppose its motion, up to the fastest that was recorded
