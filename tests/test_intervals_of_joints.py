@@ -9,7 +9,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis, state_hypothesis
-from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
+from physident.diagnosis.statistics.intervals import Uncertainty, WithoutJoints, uncertainty_of
 from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Sensors, hide, multisine, record
@@ -36,6 +36,13 @@ def mass_of(loaded: Hypothesis, gains: np.ndarray) -> tuple[float, Uncertainty, 
     row = np.zeros((1, len(found.extension.model.theta)))
     row[0, found.extension.places[0][0]] = 1.0
     return float(found.effect_values[0][0]), uncertainty_of(found), row
+
+
+def test_what_nothing_moves_is_known() -> None:
+    """As of exact recordings: an interval without width, and no number that is none."""
+    none = np.zeros((3, 2, 2))
+    exact = Uncertainty(none[0], {}, 12, WithoutJoints(none[:, 0], none + np.eye(2), np.eye(2)))
+    np.testing.assert_array_equal(exact.reach(np.eye(2)), 0.0)
 
 
 def test_the_mass_lies_in_its_interval_where_joints_disagree(loaded: Hypothesis) -> None:

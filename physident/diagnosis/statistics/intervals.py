@@ -45,8 +45,9 @@ class Uncertainty:
         of_joints, count = self.joints.variances(rows, of_blocks)
         both = np.maximum(of_blocks + of_joints, 1e-300)
         # degrees of freedom of the sum of two variances (Welch, 1947)
-        of_each = of_blocks**2 / max(self.blocks - 1, 1) + of_joints**2 / np.maximum(count - 1, 1)
-        return t.ppf(SURE, both**2 / np.maximum(of_each, 1e-300)) * np.sqrt(of_blocks + of_joints)
+        of_each = (of_blocks / both) ** 2 / max(self.blocks - 1, 1) + (of_joints / both) ** 2 / np.maximum(count - 1, 1)
+        # values that nothing moves, as of exact recordings, have no width of any shape
+        return t.ppf(SURE, 1 / np.clip(of_each, 1e-9, 1.0)) * np.sqrt(of_blocks + of_joints)
 
 
 @dataclass(frozen=True, eq=False)
