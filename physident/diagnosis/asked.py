@@ -119,11 +119,10 @@ def ask(
     for text in assumed:
         warn(text)
     original, complete, searched = as_estimate(model, used_filter), None, model
-    comparison = compare_with_control(given, signals, control_signals)
     if estimate and control and before is None:
-        if not comparison.compared:  # what was taken off cannot be taken for a change
-            complete = complete_model(estimate, control, with_torque, seed, progress)
+        complete = complete_model(estimate, control, with_torque, seed, progress)
         searched = as_recordings_agree(complete.estimate if complete else estimate, control_signals)
+    comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,
         original=original,
