@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.diagnosis.grading.control import _JointFit
 from physident.diagnosis.grading.smooth_parts import SmoothParts, smooth_parts
+from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.estimation.identify import prepare_all
 from physident.recordings.signals import Filter, Signals
 from tests.serial_arms import ARMS, urdf
@@ -78,3 +82,24 @@ def test_a_change_is_sized_beside_what_no_model_has(
             into.append(np.linalg.lstsq(rows(A), rows(torque))[0][0])
     np.testing.assert_allclose(found, [0.0, 1.0], atol=0.03)
     assert np.abs(np.subtract(plain, [0.0, 1.0])).max() > 0.03
+
+
+def test_the_control_sizes_a_change_beside_them(parts: tuple[list[Signals], list[SmoothParts], Array, Array]) -> None:
+    """The same cable and change, in the fit of both sets that a diagnosis makes."""
+    _, (first, _), q, v = parts
+    after = np.arange(len(q)) >= len(q) // 2
+    cable = 8 * np.maximum(0.0, q - 0.2) ** 2 * np.where(q > 0, 1.0, 0.3)
+    effect, noise = q**2 * after, 0.1
+    torque = cable + effect + noise * np.random.default_rng(1).standard_normal(len(q))
+    columns = np.column_stack([np.ones(len(q)), q, v, effect]) / noise
+    fit = _JointFit(
+        columns=(columns,),
+        torque=(torque / noise,),
+        smooth=(first,),
+        common=3,
+        segment=after.astype(int),
+        parts=cast(Any, ()),
+        shown=(),
+    )
+    normal, slope = fit.products
+    assert (pseudo_inverse(normal) @ slope)[-1] == pytest.approx(1.0, abs=0.03)

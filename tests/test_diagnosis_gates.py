@@ -195,3 +195,17 @@ def test_columns_of_another_model_are_zero_where_no_row_counts(
     for j, (rows, before) in enumerate(zip(again.joints, regressor.joints, strict=True)):
         assert not rows.values[~counted[:, j]].any()
         np.testing.assert_array_equal(rows.values[counted[:, j]], before.values[counted[:, j]])
+
+
+def test_of_two_that_explain_as_much_the_one_of_fewer_numbers_is_taken(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """More dry friction of joint 3: friction that fades as the arm warms up holds it, too, and may win by chance."""
+    v = healthy_runs[2].dq
+    assert v is not None
+    scores = score_candidates(opened(ur5, healthy_runs[:3], 2.0 * np.tanh(v / 0.01) * (np.arange(6) == 2)))
+    keys = [c.key for c in scores.hypothesis.data.candidates]
+    larger, true = keys.index(("warm_up", (3,))), keys.index(("coulomb_friction", (3,)))
+    gain = scores.gain.copy()
+    gain[larger] = gain.max() + 1.0
+    assert choose_candidate(replace(scores, gain=gain)) == true
