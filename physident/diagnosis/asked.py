@@ -121,7 +121,7 @@ def ask(
     original, complete, searched = as_estimate(model, used_filter), None, model
     if estimate and control and before is None:
         complete = complete_model(estimate, control, with_torque, seed, progress)
-        searched = as_recordings_agree(complete.estimate if complete else estimate, control_signals)
+        searched = as_recordings_agree(complete.estimate, control_signals)
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,
