@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.confounders import UNKNOWN, friction_confounder, with_confounder
+from physident.diagnosis.grading.confounders import PARTLY_KNOWN, UNKNOWN, friction_confounder, with_confounder
 from physident.diagnosis.grading.control import changed_since
 from physident.diagnosis.grading.signs import amplitudes, changes_sign
 from physident.diagnosis.result.findings import Finding, Reduction
@@ -127,6 +127,7 @@ def test_unequal_temperature_is_named_beside_friction_alone(healthy_runs: list[p
     assert "33 degC" in text
     assert friction_confounder(before, [at(run, 25.5) for run in healthy_runs[2:]]) == ""
     assert friction_confounder([], after) == ""
+    assert friction_confounder(healthy_runs[:2], after) == friction_confounder(before, healthy_runs[2:]) == PARTLY_KNOWN
     named = with_confounder([finding("viscous_friction"), finding("payload")], before, after)
     assert [f.confounder for f in named] == [text, ""]
 

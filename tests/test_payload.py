@@ -15,7 +15,8 @@ from physident.robots.inertia import pseudo_inertia
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 from tests.loads import EFFECTS, arm, body, record
 
-LOAD = body(2.6, (0.03, -0.02, 0.08), (0.008, 0.009, 0.006))
+MOMENTS = (0.008, 0.009, 0.006)  # kg m^2, about axes through the centre
+LOAD = body(2.6, (0.03, -0.02, 0.08), MOMENTS)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +47,10 @@ def test_intervals_hold_the_truth(found: pid.Payload) -> None:
     assert inside.sum() >= 8  # of ten 95 % intervals: fewer happen once in a hundred
     assert (found.intervals[:, 0] <= found.parameters).all()
     assert (found.parameters <= found.intervals[:, 1]).all()
+    low, high = found.moment_interval.T
+    assert ((low < MOMENTS) & (high > MOMENTS)).sum() >= 2  # of three: fewer happen less than once in a hundred
+    assert (low <= np.diag(found.inertia)).all()
+    assert (np.diag(found.inertia) <= high).all()
 
 
 def test_every_joint_that_feels_the_load_sees_the_same_mass(found: pid.Payload) -> None:

@@ -64,9 +64,13 @@ def test_what_the_model_lacked_before_stands_apart_from_what_has_changed(folder:
         data["missing_since_before"] = data["findings"]
 
     title = "What the model lacked before, too"
-    (section,) = [one for one in page_of(folder, as_old).all("section") if one.all("h2")[0].text == title]
+    page, without = page_of(folder, as_old), page_of(folder)
+    (section,) = [one for one in page.all("section") if one.all("h2")[0].text == title]
     assert [item.text for item in section.all("li")] == ["Load-dependent friction on joint 2"]
-    assert title not in page_of(folder).text
+    assert title not in without.text
+    counted = "That holds what the model lacked before, too."
+    assert counted in page.all("header")[0].text
+    assert counted not in without.text
 
 
 def test_the_answer_comes_first_and_numbers_are_those_of_the_diagnosis(folder: Path) -> None:

@@ -37,12 +37,12 @@ def main() -> None:
     real = real_load(data)
     rows = [
         f"simulated UR5, {ARMS} arms identified from two unloaded noisy recordings, load from {DURATION:g} s of a random motion",
-        "load [kg]   mass error [%] rms  worst   centre error [mm] rms  worst   95 % intervals that hold: mass  centre",
+        "load [kg]   mass error [%] rms  worst   centre error [mm] rms  worst   95 % intervals that hold: mass  centre  inertia",
     ]
     for mass, s in simulated.items():
         rows.append(
             f"{mass:>9}{s['mass_rms_percent']:21.2f}{s['mass_worst_percent']:7.2f}{s['centre_rms_mm']:24.2f}{s['centre_worst_mm']:7.2f}"
-            f"{s['mass_covered']:31d}/{ARMS}{s['centre_covered']:5d}/{3 * ARMS}"
+            f"{s['mass_covered']:31d}/{ARMS}{s['centre_covered']:5d}/{3 * ARMS}{s['moments_covered']:6d}/{3 * ARMS}"
         )
     rows += ["", f"real UR10e, a load of {KNOWN} kg; arm identified from the eight unloaded runs of February"]
     rows += ["gains          mass [kg]  interval         too heavy [%]  mass seen by joints 2, 3, 4, 5 alone [kg]"]
@@ -102,6 +102,11 @@ def score(pairs: list[tuple[pid.Payload, np.ndarray]]) -> dict[str, Any]:
         (found.centre_interval[:, 0] < true[1:4] / true[0]) & (found.centre_interval[:, 1] > true[1:4] / true[0])
         for found, true in pairs
     ]
+    moment = 2 * RADIUS**2  # of a ball about any axis through its centre, for each kilogram
+    held_moments = [
+        (found.moment_interval[:, 0] < moment * true[0]) & (found.moment_interval[:, 1] > moment * true[0])
+        for found, true in pairs
+    ]
     return {
         "mass_rms_percent": float(np.sqrt((mass**2).mean())),
         "mass_worst_percent": float(np.abs(mass).max()),
@@ -109,6 +114,7 @@ def score(pairs: list[tuple[pid.Payload, np.ndarray]]) -> dict[str, Any]:
         "centre_worst_mm": float(np.abs(centre).max()),
         "mass_covered": int(sum(held)),
         "centre_covered": int(np.sum(held_centre)),
+        "moments_covered": int(np.sum(held_moments)),
     }
 
 

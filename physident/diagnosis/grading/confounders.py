@@ -13,10 +13,9 @@ from physident.effects.classification import Family
 from physident.effects.thermal import NOTICEABLE_WARMING
 from physident.recordings.recording import Recording
 
-UNKNOWN = (
-    "no temperature was recorded: a healthy arm's friction differs by some per cent from day to day, so a small change is a fault only"
-    " if it stays"
-)
+BY_ITSELF = "a healthy arm's friction differs by some per cent from day to day, so a small change is a fault only if it stays"
+UNKNOWN = f"no temperature was recorded: {BY_ITSELF}"
+PARTLY_KNOWN = f"not every recording before and after has a temperature: {BY_ITSELF}"
 NOTICEABLE_TIME = 60.0  # s: gears warm up over minutes, and less than one makes no difference that friction would show
 
 
@@ -48,7 +47,8 @@ def friction_confounder(before: Sequence[Recording], after: Sequence[Recording])
         )
     early, late = (float(np.mean([_mean(one.time) for one in group])) for group in groups)
     if abs(late - early) <= NOTICEABLE_TIME:
-        return UNKNOWN
+        some = any(one.temperature is not None for group in groups for one in group)
+        return PARTLY_KNOWN if some else UNKNOWN
     return (
         f"by their clocks the recordings began {_ago(early, late)}, and an arm that warms up loses friction by itself: record after the"
         " same time"

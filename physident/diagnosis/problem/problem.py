@@ -149,6 +149,11 @@ class DiagnosisProblem:
         signals = self.referred(model) if effect.needs_model else self.signals
         return effect_columns(model.robot, effect, signals, self.kept_rows, self.filter, self.scale)
 
+    def forget(self) -> None:
+        """Give back the columns that were evaluated for effects that were tried, where another problem takes this one's place."""
+        self.evaluated.clear()
+        del self.by_model[:]
+
     @cached_property
     def scale(self) -> Array:
         """By what an effect's rows (M, n) are multiplied: their weights, zero where they are not counted."""

@@ -40,6 +40,7 @@ def search_with_turning_speeds(
         if sharper is None:
             break
         progress("friction turns at another speed beside what was found: searching again")
+        found.last.hypothesis.problem.forget()
         # what was found beside friction that turned too slowly may imitate its turn; what was found anew does not
         found = search_effects(sharper, progress, begun)
         begun = found.accepted

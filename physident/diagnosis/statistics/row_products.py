@@ -7,7 +7,7 @@ products, which are as large for a day as for a minute.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,7 +39,8 @@ class DataProducts:
     """
 
     def __init__(self, data: SearchData, base: tuple[Array, ...]) -> None:
-        self.data, self.base, self.token = data, base, object()
+        # what the data keep is these products: with it they would hold each other, and their memory until the next collection
+        self.data, self.base, self.token = replace(data, kept={}), base, object()
         self.labels, self.fold = np.unique(data.fold), data.fold
         self.parts, self.fold_of_unit = _parts(data)
         self.index = {int(label): k for k, label in enumerate(self.labels)}

@@ -32,7 +32,7 @@ from physident.recordings.checks import refuse_duplicates
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
-from physident.robots.inertia import PARAMETER_NAMES, pseudo_inertia
+from physident.robots.inertia import PARAMETER_NAMES, about_centre, pseudo_inertia
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
@@ -76,6 +76,7 @@ def identify_payload(estimate: Estimate, recordings: Recordings, seed: int = 0) 
         intervals=_middle(draws),
         mass_interval=_middle(draws[:, :1])[0],
         centre_interval=_middle(centres),
+        moment_interval=_middle(np.array([np.diag(about_centre(one)[1]) for one in draws])),
         seen_by_joint=_seen_by_joint(load, parameters, free.sigma),
         sigma=np.sqrt((load.residual(parameters) ** 2).mean(axis=0)),
         sigma_without_load=np.sqrt((load.torque**2).mean(axis=0)),

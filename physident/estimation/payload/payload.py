@@ -25,7 +25,8 @@ class Payload:
     """A load on the last link, in that link's frame.
 
     ``parameters`` (10,) [kg, kg m, kg m^2] of a rigid body in Pinocchio's order; ``intervals`` (10, 2), ``mass_interval``
-    (2,) [kg] and ``centre_interval`` (3, 2) [m] cover 95 %. ``seen_by_joint`` (n, 2) [kg]: mass by each joint alone and
+    (2,) [kg], ``centre_interval`` (3, 2) [m] and ``moment_interval`` (3, 2) [kg m^2], of the moments of inertia about
+    axes through the centre, cover 95 %. ``seen_by_joint`` (n, 2) [kg]: mass by each joint alone and
     its standard error, NaN where the load's torque is too small. ``sigma`` (n,) [N m|N]: RMS residual with the load,
     ``sigma_without_load`` (n,) without it, ``arm_sigma`` (n,) that of the arm's model on its own recordings, all with rows
     weighted by how well the sign of friction is known in them. ``visible``: whether the torques show a load at all;
@@ -37,6 +38,7 @@ class Payload:
     intervals: Array
     mass_interval: Array
     centre_interval: Array
+    moment_interval: Array
     seen_by_joint: Array
     sigma: Array
     sigma_without_load: Array
@@ -126,6 +128,7 @@ class Payload:
             "centre_of_mass_m": self.centre.tolist(),
             "centre_of_mass_interval_m": None if self.contradictions else self.centre_interval.tolist(),
             "inertia_about_centre_kg_m2": self.inertia.tolist(),
+            "moments_of_inertia_interval_kg_m2": None if self.contradictions else self.moment_interval.tolist(),
             "parameters": [
                 {"name": name, "unit": unit, "value": float(value), "interval": interval.tolist()}
                 for name, unit, value, interval in named
@@ -154,11 +157,8 @@ class Payload:
         ]
         for axis, value, (a, b) in zip("xyz", self.centre, self.centre_interval, strict=True):
             rows.append(f"  centre of mass {axis} {1000 * value:9.4g} mm{interval(1000 * a, 1000 * b)}")
-        rows.append(
-            "  principal inertias about it "
-            + ", ".join(f"{x:.3g}" for x in np.linalg.eigvalsh(self.inertia))
-            + " kg m^2"
-        )
+        for axis, value, (a, b) in zip("xyz", np.diag(self.inertia), self.moment_interval, strict=True):
+            rows.append(f"  inertia about {axis}  {value:9.4g} kg m^2{interval(a, b)}")
         rows.append("joint  residual without load  with it [N m]  mass by it alone [kg]")
         for j, (without, with_load, (mass, error)) in enumerate(
             zip(self.sigma_without_load, self.sigma, self.seen_by_joint, strict=True), 1

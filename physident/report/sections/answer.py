@@ -86,7 +86,8 @@ def _gains(c: DiagnosisRecord) -> list[str]:
     others = [f"{j + 1} (by {percent(-m)})" for j, m in enumerate(moved) if m < -5 and j != best]
     text += f", and of joint{'s' if len(others) > 1 else ''} {listed(others)}." if others else "."
     worse = [f"{j + 1} (by {percent(m)})" for j, m in enumerate(moved) if m > WORSE]
-    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}. " if worse else " "]
+    too = " That holds what the model lacked before, too." if c.missing_since_before else ""
+    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}.{too} " if worse else f"{too} "]
 
 
 def _cautions(c: DiagnosisRecord) -> list[Markup]:
