@@ -54,6 +54,13 @@ def test_an_old_fault_is_missing_since_before_and_only_the_change_is_a_cause(fou
     assert [(f.effect, f.joints) for f in found.causes] == [("viscous_friction", (HEAVIER,))]
     assert ("torque_ripple", (RIPPLED,)) in [(f.effect, f.joints) for f in found.missing_since_before]
     assert found.controlled
+    rows = str(found).splitlines()
+    (head,) = [
+        k for k, row in enumerate(rows) if row.startswith("missing since before, for the model's own recordings")
+    ]
+    listed = " ".join(row for row in rows[head:] if row.startswith(" "))
+    assert f"torque_ripple (joint {RIPPLED})" in listed
+    assert "missing since before" not in listed  # said once for all
 
 
 def test_what_does_not_hold_on_the_new_recordings_is_not_added(

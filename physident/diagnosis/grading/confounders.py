@@ -13,7 +13,9 @@ from physident.effects.classification import Family
 from physident.effects.thermal import NOTICEABLE_WARMING
 from physident.recordings.recording import Recording
 
-BY_ITSELF = "a healthy arm's friction differs by some per cent from day to day, so a small change is a fault only if it stays"
+BY_ITSELF = (
+    "a healthy arm's friction differs by some per cent from day to day, so a small change is a fault only if it stays"
+)
 UNKNOWN = f"no temperature was recorded: {BY_ITSELF}"
 PARTLY_KNOWN = f"not every recording before and after has a temperature: {BY_ITSELF}"
 NOTICEABLE_TIME = 60.0  # s: gears warm up over minutes, and less than one makes no difference that friction would show

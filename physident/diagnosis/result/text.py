@@ -97,11 +97,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             rows.append(
                 f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
-    rows += [
-        f"missing since before: {_named(f.effect, f.joints)}{_first_values(f)}; the model's own recordings show it, or"
-        " differ by as much"
-        for f in d.missing_since_before
-    ]
+    rows += _old(d)
     repeated = [one for one in d.recordings if one.repeats is not None]
     if repeated:
         diagnosed = [one for one in d.recordings if one.role == "diagnosed"]
@@ -122,6 +118,17 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     return rows
 
 
+def _old(d: DiagnosisRecord) -> list[str]:
+    """What the model lacked before, too, the same effects together."""
+    if not d.missing_since_before:
+        return []
+    whose = "the recordings from before" if d.asked == "different_from_before" else "the model's own recordings"
+    rows = [f"missing since before, for {whose} show it, or differ by as much:"]
+    for f in sorted(d.missing_since_before, key=lambda f: (f.effect, f.joints)):
+        rows.append(f"  {_named(f.effect, f.joints)}{_first_values(f)}")
+    return rows
+
+
 def _repeats(repeated: Sequence[UsedRecording]) -> str:
     """Which recordings repeat which, the first of many."""
     pairs = [f"{Path(one.path).name} that of {Path(str(one.repeats)).name}" for one in repeated]
@@ -136,7 +143,8 @@ def _is_nothing(f: Finding) -> bool:
 
 def _first_values(f: Finding) -> str:
     """The first values of a finding that is one line."""
-    shown = [_value(v, f.by_joint) for v in f.parameters]
+    named = f"{f.effect} of " if f.by_joint else f"{f.effect} "  # said already
+    shown = [_value(v, f.by_joint).removeprefix(named) for v in f.parameters]
     more = f", and {len(shown) - VALUES} more" if len(shown) > VALUES else ""
     return f": {', '.join(shown[:VALUES])}{more}" if shown else ""
 
