@@ -68,7 +68,7 @@ def test_what_the_model_lacked_before_stands_apart_from_what_has_changed(folder:
     (section,) = [one for one in page.all("section") if one.all("h2")[0].text == title]
     assert [item.text for item in section.all("li")] == ["Load-dependent friction on joint 2"]
     assert title not in without.text
-    counted = "That holds what the model lacked before, too."
+    counted = "holds what the model lacked before, too."
     assert counted in page.all("header")[0].text
     assert counted not in without.text
 
@@ -257,6 +257,22 @@ def test_no_finding_is_said_in_words_and_claims_no_gain(folder: Path, verdict: s
     assert all(len(chart.all("polyline")) == 1 for chart in page.all("div", "chart")[1::2])
 
 
+def test_a_joint_that_errs_more_than_before_is_named_though_nothing_describes_it(folder: Path) -> None:
+    def grown(data: dict[str, Any]) -> None:
+        data.update(findings=[], extended_model=None, verdict="unexplained", question="different")
+        slow = data["unexplained"][1]
+        slow.update(memory=100 * slow["white_memory"], times_own=6.5)
+        for one in data["unexplained"]:
+            one.setdefault("times_own", 1.0)
+        data["score"]["noise_floor"] = None
+        data["recordings"][0]["repeats"] = "before.csv"
+
+    page = page_of(folder, grown)
+    assert "joint 2 errs 6.5 times as much as on the model's own recordings" in page.all("h1")[0].text
+    assert "Look at joint 2" in page.all("header")[0].text
+    assert "No motion was repeated here" not in page.text
+
+
 def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(folder: Path) -> None:
     def doubtful(data: dict[str, Any]) -> None:
         data["placebos"][0].update(gain=99.0, passed=True)
@@ -304,9 +320,13 @@ def test_a_contact_is_shaded_where_it_was(folder: Path) -> None:
         found = copy.deepcopy(data["findings"][0])
         found.update(effect="contact", joints=[], intervals=[[6.0, 7.0]], parameters=[])
         data["findings"] = [found]
+        data["score"]["on"] = "left-out rows"
 
     page = page_of(folder, touched)
     assert page.all("h1")[0].text == "The tool was in contact with something from 6.00 to 7.00 s."
+    counted = "Only the first of these errors holds the rows of the contact"
+    assert counted in page.all("header")[0].text
+    assert counted not in page_of(folder).text
     heads = [head.text for head in page.all("h3")]
     assert heads.index("one.csv") < heads.index("two.csv")  # the contact lies in the diagnosed recording
     figure = page.all("figure")[0]

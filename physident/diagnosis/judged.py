@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,7 +18,8 @@ from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
-from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
+from physident.diagnosis.remainder.unexplained import Unexplained, beside_own, describe_unexplained
+from physident.diagnosis.repeated.usual_friction import UsualChange, differ_as_usual, usual_in_words
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
@@ -55,6 +56,9 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
+    old = len({k for k in asked.comparison.partner if k is not None})
+    usual = differ_as_usual(hypothesis, asked.control_signals, old)
+    sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(
         graded_beside_what_stays,
@@ -89,12 +93,12 @@ def judge(asked: Asked, searched: Searched) -> Judged:
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
     return Judged(
         findings=findings,
-        old=old,
+        old=_with_reason(searched.last.hypothesis, old, usual),
         patchwork=patchwork,
         sure=sure,
         errors=errors,
         refitted=refitted,
-        unexplained=unexplained,
+        unexplained=beside_own(unexplained, asked.estimate if problem.question == "different" else None),
         noise_floor=found.noise_floor,
     )
 
@@ -121,6 +125,17 @@ def _apart(
     """The findings that are changes, and those that the control shows alike."""
     old = {id(f): hypothesis.accepted[members(hypothesis, f)[0]].candidate.key in alike for f in findings}
     return tuple(f for f in findings if not old[id(f)]), tuple(f for f in findings if old[id(f)])
+
+
+def _with_reason(
+    hypothesis: Hypothesis, old: Sequence[Finding], usual: Mapping[Key, UsualChange]
+) -> tuple[Finding, ...]:
+    """The findings that are no change, those of friction that differs as usual with why."""
+    result = []
+    for one in old:
+        keys = [hypothesis.accepted[i].candidate.key for i in members(hypothesis, one)]
+        result.append(replace(one, confounder=usual_in_words([usual[key] for key in keys if key in usual])))
+    return tuple(result)
 
 
 def as_hints(judged: Judged) -> Judged:

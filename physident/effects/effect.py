@@ -108,18 +108,15 @@ class Effect(ABC):
     @classmethod
     def described(cls, robot: Robot) -> tuple[Effect, ...]:
         """The effect as the robot's description states it; none where the description gives it no size."""
-        overridden = cls.nominal is not Effect.nominal
-        return (cls(),) if overridden and cls().nominal(robot).any() else ()
+        return (cls(),) if cls.nominal is not Effect.nominal and cls().nominal(robot).any() else ()
 
     def cones(self, robot: Robot) -> tuple[Cone, ...]:
         """Convex sets that its parameters must lie in to be physical; none by default."""
         return ()
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
-        """Friction (k, S) [N m|N] of each unit of each parameter at speeds (S,) [rad/s|m/s] of its joint, unloaded.
-
-        Zero by default. The sum over all effects of a joint must oppose its motion: F(v) v >= 0.
-        """
+        """Friction (k, S) [N m|N] of each unit of each parameter at speeds (S,) [rad/s|m/s] of its joint, unloaded; zero by default.
+        The sum over all effects of a joint must oppose its motion: F(v) v >= 0."""
         return np.zeros((len(self.columns(robot)), len(speeds)))
 
     @classmethod
@@ -134,12 +131,15 @@ class Effect(ABC):
 
     def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
         """What a diagnosis tells of its parameters: names and units of r values, and the map (r, k) that makes them of theta."""
-        columns = self.columns(robot)
-        return columns, np.eye(len(columns))
+        return (columns := self.columns(robot)), np.eye(len(columns))
 
     def in_words(self, robot: Robot, theta: Array) -> str:
         """A sentence on what parameters ``theta`` (k,) mean; empty where names, numbers and units say it."""
         return ""
+
+    def change_in_words(self, robot: Robot, theta: Array, before: Array) -> str:
+        """The same where a model had ``before`` (k,), zero where it had none; by default what they mean now."""
+        return self.in_words(robot, theta)
 
     # shape parameters and their search
 

@@ -53,6 +53,16 @@ class PreslidingHysteresis(Effect):
     def values(self, robot: Robot, signals: Signals) -> Array:
         return bristle(signals.v.T[self.active(robot)], self.shape_values(robot, "distance"), signals.rate)
 
+    def change_in_words(self, robot: Robot, theta: Array, before: Array) -> str:
+        """The sliding friction s xs of each joint, which its stiffness s [N m/rad] alone does not say."""
+        each = zip(self.active(robot), theta, before, self.shape_values(robot, "distance"), strict=True)
+        sentences = []
+        for j, stiffness, old, distance in each:
+            unit, now = robot.joints[j].unit("N m"), f"{stiffness * distance:.3g}"
+            change = f", changed by {(stiffness - old) * distance:+.3g} {unit}" if old else ""
+            sentences.append(f"Once joint {j + 1} slides, this friction is {now} {unit}{change}.")
+        return " ".join(sentences)
+
     def unsettled(self, robot: Robot, signals: Signals) -> NDArray[np.intp] | None:
         if signals.time[0] - signals.origin < 1 / signals.rate:
             return None  # a recording begins at rest; only after a gap is the deflection unknown

@@ -199,7 +199,7 @@ class _JointFit:
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
     problem, model = hypothesis.problem, hypothesis.extension.model
     (before, old_weights), (after, new_weights) = (
-        _rows(model, signals, problem.filter) for signals in (control, problem.signals)
+        rows_of_model(model, signals, problem.filter) for signals in (control, problem.signals)
     )
     smooth = smooth_parts(model.robot, [(control, old_weights), (problem.signals, new_weights)], problem.filter)
     own = as_others_show(hypothesis, tested, before, after)
@@ -212,7 +212,7 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         effects = old @ own.values, own.torque(new, after.recording)
         A = np.block([[old[:, common], np.zeros_like(effects[0])], [new[:, common], effects[1]]])
         y = np.concatenate([before.torque[:, j], after.torque[:, j]])
-        sigma = _size(A, y)
+        sigma = noise_of(A, y)
         columns.append(A / sigma)
         torque.append(y / sigma)
         shown.append(np.concatenate(effects) / sigma)
@@ -237,14 +237,14 @@ def _unseen(before: Regressor, after: Regressor, values: Array) -> frozenset[int
     return frozenset(np.flatnonzero(power[0] < UNSEEN**2 * power[1]).tolist())
 
 
-def _rows(model: Model, signals: Sequence[Signals], filter: Filter) -> tuple[Regressor, Array]:
+def rows_of_model(model: Model, signals: Sequence[Signals], filter: Filter) -> tuple[Regressor, Array]:
     """The regressor of the extended model, its rows weighted by what dry friction leaves open, and the weights (M, n)."""
     regressor = build_regressor(model.robot, model.effects, signals, filter, model=model)
     weights = row_weights(model.robot, model.effects, regressor, signals, filter)
     return weight_rows(regressor, weights), weights * regressor.counted
 
 
-def _size(columns: Array, torque: Array) -> float:
+def noise_of(columns: Array, torque: Array) -> float:
     """Standard deviation [N m|N] of what one joint's columns leave of its torque."""
     scale = np.linalg.norm(columns, axis=0)
     used = columns[:, scale > 0] / scale[scale > 0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import PurePath
 from typing import Any
 
@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
+GROWN = 3.0  # times: along motions that it never saw, a model errs by up to twice as much as along its own
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -33,7 +34,8 @@ class Unexplained:
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
-    twice; ``burst``: the short time that holds much of it, None where there is none."""
+    twice; ``burst``: the short time that holds much of it, None where there is none; ``times_own``: how many times what the model leaves
+    of its own recordings, None where that is not asked."""
 
     joint: int
     rms: float
@@ -50,6 +52,12 @@ class Unexplained:
     order_share: float
     predictable: float | None = None
     burst: Burst | None = None
+    times_own: float | None = None
+
+    @property
+    def grown(self) -> bool:
+        """Whether it has structure, and is so much larger than on the model's own recordings that more than the motion is another."""
+        return self.structured and (self.times_own or 0.0) > GROWN
 
     @property
     def structured(self) -> bool:
@@ -80,6 +88,14 @@ class Unexplained:
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
         return {**asdict(self), "structured": self.structured}
+
+
+def beside_own(unexplained: Sequence[Unexplained], estimate: Estimate | None) -> tuple[Unexplained, ...]:
+    """The same beside what an estimate leaves of the recordings that it was fitted to; as they are without one."""
+    if estimate is None:
+        return tuple(unexplained)
+    sigma = np.maximum(estimate.sigma, FINEST * max(1.0, float(estimate.sigma.max())))
+    return tuple(replace(one, times_own=one.rms / float(sigma[one.joint - 1])) for one in unexplained)
 
 
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:

@@ -14,7 +14,7 @@ from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_f
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.wording import Asked, headline, remainder_sentence
+from physident.diagnosis.result.wording import Asked, grown_sentence, headline, remainder_sentence
 from physident.dynamics.model import Model
 from physident.files import VERSION
 from physident.recordings.signals import Filter
@@ -96,8 +96,14 @@ class DiagnosisRecord:
 
     @property
     def headline(self) -> str:
-        """The answer in one sentence."""
-        return headline(self.asked, self.verdict, self.findings)
+        """The answer in one sentence, and where it names no cause, which joints err by far more than before."""
+        more = grown_sentence(self.grown)
+        return " ".join(filter(None, [headline(self.asked, self.verdict, self.findings), more]))
+
+    @property
+    def grown(self) -> tuple[Unexplained, ...]:
+        """Where there is no cause, the joints that err by far more than on the model's own recordings, which nothing describes."""
+        return () if self.causes else tuple(one for one in self.structured if one.grown)
 
     @property
     def remainder(self) -> str:

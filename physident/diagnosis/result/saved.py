@@ -99,7 +99,7 @@ def _findings(data: Any, where: str) -> tuple[Finding, ...]:
 def _unexplained(data: Any) -> Any:
     """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
     plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
-    return [{"predictable": None, "burst": None, **one} for one in data] if plain else data
+    return [{"predictable": None, "burst": None, "times_own": None, **one} for one in data] if plain else data
 
 
 def _used(data: Any) -> Any:

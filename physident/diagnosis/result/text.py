@@ -6,10 +6,12 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    grown_in_words,
     incomplete_words,
     one_of,
     parts_of,
@@ -76,11 +78,12 @@ def _verdict(d: DiagnosisRecord) -> str:
 
 
 def _answer(d: DiagnosisRecord) -> str:
+    more = f"; but {grown_in_words(d.grown)}" if d.grown else ""
     if parts := parts_of(d.findings):
         named = [one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts[:SHOWN]]
-        return f"too little of the error to be called a cause is explained by {'; '.join(named)}"
+        return f"too little of the error to be called a cause is explained by {'; '.join(named)}{more}"
     if not d.causes:
-        return "nothing that these recordings can prove"
+        return f"nothing that these recordings can prove{more}"
     return "; ".join(one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in d.causes[:SHOWN])
 
 
@@ -125,7 +128,8 @@ def _old(d: DiagnosisRecord) -> list[str]:
     whose = "the recordings from before" if d.asked == "different_from_before" else "the model's own recordings"
     rows = [f"missing since before, for {whose} show it, or differ by as much:"]
     for f in sorted(d.missing_since_before, key=lambda f: (f.effect, f.joints)):
-        rows.append(f"  {_named(f.effect, f.joints)}{_first_values(f)}")
+        why = f"; {f.confounder}" if f.confounder else ""
+        rows.append(f"  {_named(f.effect, f.joints)}{_first_values(f)}{why}")
     return rows
 
 
@@ -257,9 +261,13 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
             else [f"unexplained: noise; {noise}"]
         )
     return [*unseen, "unexplained structure in the residual:"] + [
-        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
+        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{_times(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]
+
+
+def _times(r: Unexplained) -> str:
+    return f" ({r.times_own:.2g} times that of the model's own recordings)" if r.grown and r.times_own else ""
 
 
 def _checks(d: DiagnosisRecord) -> list[str]:

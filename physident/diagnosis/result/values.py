@@ -75,7 +75,9 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         if isinstance(one.effect, LearnedCurve):
             sentences.append(f"{curve_in_words(hypothesis, one, one.effect)}; {nearest_law(hypothesis, one)}")
         else:
-            sentences.append(one.effect.in_words(model.robot, model.theta[hypothesis.extension.places[at]]))
+            places, known = hypothesis.extension.places[at], hypothesis.problem.model.theta
+            before = np.array([known[k] if k < len(known) else 0.0 for k in places])
+            sentences.append(one.effect.change_in_words(model.robot, model.theta[places], before))
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")

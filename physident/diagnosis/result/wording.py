@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from physident.diagnosis.problem.question import Question
+from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import SEARCHES, Finding, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
@@ -163,6 +164,19 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."
+
+
+def grown_sentence(grown: Sequence[Unexplained]) -> str:
+    """Which joints err by how much more than on the model's own recordings; empty where none does."""
+    if not grown:
+        return ""
+    return f"Something that no effect of the catalogue describes has changed: {grown_in_words(grown)}."
+
+
+def grown_in_words(grown: Sequence[Unexplained]) -> str:
+    """Joints and by how many times they err more than on the model's own recordings."""
+    texts = [f"joint {one.joint} errs {one.times_own or 0:.2g} times" for one in grown]
+    return f"{listed(texts)} as much as on the model's own recordings"
 
 
 def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:

@@ -118,9 +118,11 @@ def _remainder(c: DiagnosisRecord) -> list[str]:
         return []
     items = []
     if c.noise_floor is None:
+        within = any(used.repeats is not None for used in c.recordings)
+        where = "None was repeated within these recordings." if within else "No motion was repeated here."
         items.append(
             f"Record one motion twice: the part of the residual on {_joints([r.joint for r in left])} that repeats belongs"
-            " to the arm, and the rest is noise. No motion was repeated here."
+            f" to the arm, and the rest is noise. {where}"
         )
     if slow := [r.joint for r in left if r.slow > SLOW]:
         items.append(

@@ -48,6 +48,13 @@ def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Marku
 
 def _practice(c: DiagnosisRecord) -> list[Markup]:
     """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
+    if c.grown:
+        joints = f"joint{'s' if len(c.grown) > 1 else ''} {listed([one.joint for one in c.grown])}"
+        return [
+            tag(
+                "p", f"Look at {joints}: what has changed there is nothing that the catalogue knows.", class_="practice"
+            )
+        ]
     if not c.causes:
         if c.verdict == "nothing_missing" and c.question == "different":
             return [tag("p", UNCHANGED, OLD if c.missing_since_before else "", class_="practice")]
@@ -86,8 +93,18 @@ def _gains(c: DiagnosisRecord) -> list[str]:
     others = [f"{j + 1} (by {percent(-m)})" for j, m in enumerate(moved) if m < -5 and j != best]
     text += f", and of joint{'s' if len(others) > 1 else ''} {listed(others)}." if others else "."
     worse = [f"{j + 1} (by {percent(m)})" for j, m in enumerate(moved) if m > WORSE]
-    too = " That holds what the model lacked before, too." if c.missing_since_before else ""
-    return [text, f" It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}.{too} " if worse else f"{too} "]
+    rises = [f"It rises on joint{'s' if len(worse) > 1 else ''} {listed(worse)}."] if worse else []
+    return [" ".join([text, *rises, *_counted(c)]) + " "]
+
+
+def _counted(c: DiagnosisRecord) -> list[str]:
+    """What else the errors before and after hold."""
+    touched = c.scored_on != "holdout" and any(f.intervals for f in c.findings)
+    contact = (
+        "Only the first of these errors holds the rows of the contact, whose force no other recording can predict."
+    )
+    old = "Their difference holds what the model lacked before, too."
+    return [text for text, holds in ((contact, touched), (old, c.missing_since_before)) if holds]
 
 
 def _cautions(c: DiagnosisRecord) -> list[Markup]:

@@ -36,7 +36,8 @@ def lacked_before(c: DiagnosisRecord) -> list[Markup]:
 
 def _lacked(f: Finding) -> Markup:
     title, words = cause(f.effect, f.joints), in_words(f.in_words)
-    return joined(tag("strong", f"{title[0].upper()}{title[1:]}"), f": {words}" if words else "")
+    reasons = "; ".join(filter(None, [words, f.confounder]))
+    return joined(tag("strong", f"{title[0].upper()}{title[1:]}"), f": {reasons}" if reasons else "")
 
 
 def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:

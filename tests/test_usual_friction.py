@@ -1,0 +1,90 @@
+"""Friction of a repeated motion that differs by no more than between healthy recordings is no change; more than that is one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.diagnosis.repeated.usual_friction import UsualFriction
+from physident.estimation.identify import prepare_all
+from tests.serial_arms import ARMS, urdf
+
+DRY, DRAG = np.array([1.8, 0.9]), np.array([3.5, 1.6])  # N m, N m s/rad
+DAILY = 0.03  # of a joint's friction, standard deviation from recording to recording
+BEFORE = 5  # healthy recordings
+
+
+def recorded(motion: int, noise: int, level: np.ndarray) -> pid.Recording:
+    """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own."""
+    rng, time = np.random.default_rng(motion), np.arange(0.0, 30.0, 0.005)
+    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+    angle = time[:, None, None] * omega + phase
+    q, v, a = (0.2 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    data = model.createData()
+    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    tau += level * (DRY * np.clip(v / 1e-4, -1, 1) + DRAG * v)
+    tau += 0.05 * np.random.default_rng(1000 + noise).standard_normal(tau.shape)
+    return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{motion} {noise}")
+
+
+def daily(number: int, share: float) -> np.ndarray:
+    """The levels (2,) of a recording's friction."""
+    return 1 + share * np.random.default_rng(500 + number).standard_normal(2)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> pid.Robot:
+    path = tmp_path_factory.mktemp("daily") / "planar.urdf"
+    path.write_text(urdf(ARMS["two"]))
+    return pid.load_robot(path)
+
+
+def healthy(robot: pid.Robot, folder: Path, share: float) -> pid.Estimate:
+    """The model of recordings whose friction differs by a share from one to the next."""
+    paths = [folder / f"{k}.csv" for k in range(BEFORE)]
+    for k, path in enumerate(paths):
+        recorded(k, k, daily(k, share)).to_pandas().to_csv(path, index=False)
+    return pid.identify(robot, paths)
+
+
+@pytest.fixture(scope="module")
+def model(robot: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> pid.Estimate:
+    return healthy(robot, tmp_path_factory.mktemp("before"), DAILY)
+
+
+def test_it_knows_by_how_much_healthy_recordings_differ(robot: pid.Robot, model: pid.Estimate) -> None:
+    """Against the scatter of the levels that were drawn, of as many joints and recordings."""
+    own = [pid.load_recording(source.path) for source in model.sources]
+    found = UsualFriction.of(model.model, prepare_all(robot, own, model.filter), model.filter, 1, 1)
+    drawn = np.array([daily(k, DAILY) for k in range(BEFORE)])
+    deviation = float(np.sqrt(drawn.var(axis=0, ddof=1).mean()))
+    quantile = 2.75  # of Student's t for 0.05 / 4 and eight degrees of freedom, from a table
+    assert found.joint == pytest.approx(quantile * deviation * np.sqrt(2), rel=0.25)
+
+
+@pytest.mark.parametrize("day", [11, 12, 13])
+def test_a_healthy_arm_is_not_accused_of_the_friction_of_the_day(model: pid.Estimate, day: int) -> None:
+    answer = pid.diagnose_motion(model, [recorded(0, day, daily(day, DAILY))])
+    assert answer.compared
+    assert not answer.causes
+    reasons = [one.confounder for one in answer.missing_since_before if one.confounder]
+    assert reasons  # it is seen, and said
+    assert all("by which healthy recordings may differ, too" in text for text in reasons)
+    assert "healthy recordings may differ" in " ".join(str(answer).split())
+
+
+def test_more_friction_than_that_is_a_cause(model: pid.Estimate) -> None:
+    answer = pid.diagnose_motion(model, [recorded(0, 21, daily(21, DAILY) * [1.0, 1.4])])
+    assert {one.joints for one in answer.causes} == {(2,)}  # its dry friction, and its drag
+
+
+def test_where_healthy_recordings_agree_a_small_change_is_a_cause(robot: pid.Robot, tmp_path: Path) -> None:
+    answer = pid.diagnose_motion(
+        healthy(robot, tmp_path, 0.0), [recorded(0, 31, np.array([1.0, 1.06])), recorded(1, 32, np.array([1.0, 1.06]))]
+    )
+    assert {one.joints for one in answer.causes} == {(2,)}  # its dry friction, and its drag
