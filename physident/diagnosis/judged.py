@@ -91,6 +91,8 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         if sure.accepted:
             errors = uncertainty_of(sure)
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
+    if asked.estimate is not None and problem.question == "different":
+        unexplained = beside_own(unexplained, np.asarray(asked.estimate.sigma), hypothesis.torque)
     return Judged(
         findings=findings,
         old=_with_reason(searched.last.hypothesis, old, usual),
@@ -98,7 +100,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         sure=sure,
         errors=errors,
         refitted=refitted,
-        unexplained=beside_own(unexplained, asked.estimate if problem.question == "different" else None),
+        unexplained=unexplained,
         noise_floor=found.noise_floor,
     )
 

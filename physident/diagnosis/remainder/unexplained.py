@@ -90,11 +90,10 @@ class Unexplained:
         return {**asdict(self), "structured": self.structured}
 
 
-def beside_own(unexplained: Sequence[Unexplained], estimate: Estimate | None) -> tuple[Unexplained, ...]:
-    """The same beside what an estimate leaves of the recordings that it was fitted to; as they are without one."""
-    if estimate is None:
-        return tuple(unexplained)
-    sigma = np.maximum(estimate.sigma, FINEST * max(1.0, float(estimate.sigma.max())))
+def beside_own(unexplained: Sequence[Unexplained], own: Array, torque: Array) -> tuple[Unexplained, ...]:
+    """The same beside what a model leaves of its ``own`` recordings (n,) [N m|N], where these are exact beside what a sensor would tell of
+    the ``torque`` (M, n)."""
+    sigma = np.maximum(own, FINEST * np.sqrt(np.mean(torque**2, axis=0)))
     return tuple(replace(one, times_own=one.rms / float(sigma[one.joint - 1])) for one in unexplained)
 
 

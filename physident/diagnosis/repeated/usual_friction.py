@@ -96,7 +96,7 @@ def usual_in_words(changes: Sequence[UsualChange]) -> str:
     largest = max(changes, key=lambda one: one.share)
     return (
         f"{100 * largest.share:.2g} % of the friction, by which healthy recordings may differ, too (up to {100 * largest.usual:.2g} %, as far"
-        f" as the model's {largest.recordings} tell; a model of more tells smaller changes)"
+        f" as {largest.recordings} from before tell; more of them tell smaller changes)"
     )
 
 

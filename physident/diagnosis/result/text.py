@@ -97,8 +97,10 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             )
             doubts = "".join(f"; {doubt}" for doubt in (*ends, *f.doubts))
             rest = "".join(f"; what {_named(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f))
+            known = grade == "contribution"
+            name = one_of([_named(one.effect, one.joints) for one in ((f, *f.rivals) if known else (f,))])
             rows.append(
-                f"{grade}: {_named(f.effect, f.joints)}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
+                f"{grade}: {name}{_first_values(f) if known else ''}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
     rows += _old(d)
     repeated = [one for one in d.recordings if one.repeats is not None]
