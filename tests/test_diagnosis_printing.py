@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.remainder.unexplained import Unexplained
-from physident.diagnosis.result.findings import JointErrors, Unseen
+from physident.diagnosis.remainder.unexplained import Unexplained, beside_own
+from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen
 from physident.diagnosis.result.text import WIDTH
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
@@ -85,3 +85,36 @@ def test_warnings_stand_before_the_answer(diagnosis: pid.Diagnosis) -> None:
     rows = sentences(replace(diagnosis, warnings=("the description is of another robot than the recording",)))
     assert rows[0] == "warning: the description is of another robot than the recording"
     assert rows[1].startswith("what is missing from the model:")
+
+
+def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diagnosis: pid.Diagnosis) -> None:
+    faint = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)
+    both = [
+        Unexplained(joint=j, rms=1.0, lag_one=0.9, memory=2.0, white_memory=0.1, order=1.0, **faint) for j in (1, 2)
+    ]
+    beside = beside_own(both, np.array([0.2, 0.5]), np.ones((4, 2)))
+    assert [one.grown for one in beside] == [True, False]  # five times as much, and twice
+    told = " ".join(repr(replace(diagnosis, question="different", verdict="unexplained", unexplained=beside)).split())
+    assert "prove; but joint 1 errs 5 times as much as on the model's own recordings" in told
+    assert "joint 2 errs" not in told
+
+
+def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
+    """Of recordings without noise the model leaves a billionth: beside what a sensor tells apart, that is nothing."""
+    faint = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)
+    one = Unexplained(joint=1, rms=1e-4, lag_one=0.9, memory=2.0, white_memory=0.1, order=1.0, **faint)
+    (beside,) = beside_own([one], np.array([1e-9]), np.full((4, 1), 10.0))
+    assert not beside.grown
+
+
+def test_a_contribution_has_its_value_and_what_it_may_also_be(diagnosis: pid.Diagnosis) -> None:
+    size = ParameterValue(
+        name="torque_constant", joint=5, value=0.018, change=0.018, std=0.001, interval95=(0.016, 0.02), unit="1"
+    )
+    found = Finding(
+        effect="torque_constant", joints=(5,), parameters=(size,), rivals=(Rival("viscous_friction", (5,)),), intervals=(),
+        gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), advice="",
+        evidence=9.0, grade="contribution",
+    )  # fmt: skip
+    (row,) = [row for row in sentences(replace(diagnosis, findings=(found,))) if row.startswith("contribution")]
+    assert "torque_constant (joint 5) or viscous_friction (joint 5): 0.018 [0.016, 0.02], 10.0 % less RMS" in row
