@@ -18,8 +18,9 @@ DAILY = 0.03  # of a joint's friction, standard deviation from recording to reco
 BEFORE = 5  # healthy recordings
 
 
-def recorded(motion: int, noise: int, level: np.ndarray) -> pid.Recording:
-    """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own."""
+def recorded(motion: int, noise: int, level: np.ndarray, push: float = 0.0) -> pid.Recording:
+    """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own, and a
+    constant ``push`` [N m] on the second joint."""
     rng, time = np.random.default_rng(motion), np.arange(0.0, 30.0, 0.005)
     omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
     angle = time[:, None, None] * omega + phase
@@ -28,6 +29,7 @@ def recorded(motion: int, noise: int, level: np.ndarray) -> pid.Recording:
     data = model.createData()
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
     tau += level * (DRY * np.clip(v / 1e-4, -1, 1) + DRAG * v)
+    tau[:, 1] += push
     tau += 0.05 * np.random.default_rng(1000 + noise).standard_normal(tau.shape)
     return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{motion} {noise}")
 
@@ -81,6 +83,12 @@ def test_a_healthy_arm_is_not_accused_of_the_friction_of_the_day(model: pid.Esti
 def test_more_friction_than_that_is_a_cause(model: pid.Estimate) -> None:
     answer = pid.diagnose_motion(model, [recorded(0, 21, daily(21, DAILY) * [1.0, 1.4])])
     assert {one.joints for one in answer.causes} == {(2,)}  # its dry friction, and its drag
+
+
+def test_what_no_friction_makes_is_a_cause_however_small(model: pid.Estimate) -> None:
+    """A twentieth of the joint's dry friction, less than its friction differs by from day to day."""
+    answer = pid.diagnose_motion(model, [recorded(0, 22, daily(22, DAILY), push=0.06)])
+    assert [(one.effect, one.joints) for one in answer.causes] == [("torque_offset", (2,))]
 
 
 def test_where_healthy_recordings_agree_a_small_change_is_a_cause(robot: pid.Robot, tmp_path: Path) -> None:

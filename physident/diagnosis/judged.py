@@ -56,8 +56,8 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
-    old = len({k for k in asked.comparison.partner if k is not None})
-    usual = differ_as_usual(hypothesis, asked.control_signals, old)
+    partners = {k for k in asked.comparison.partner if k is not None}
+    usual = differ_as_usual(hypothesis, asked.control_signals, len(partners))
     sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(

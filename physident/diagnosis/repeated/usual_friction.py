@@ -26,9 +26,7 @@ from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
 FEWEST = 3  # recordings: two say that they differ, and not by how much recordings usually do
-MADE_OF = (
-    0.8  # of the power of an effect's torque: what its joint's friction makes as well is a change of that friction
-)
+MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint makes as well is a change of that
 
 
 @dataclass(frozen=True, kw_only=True)
