@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.effects.learned.one_torque import are_one_torque
 from tests.followed import followed
 
 BUMP, SWELL = (
@@ -112,3 +113,19 @@ def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.R
     assert largest.name == "largest_from_mean"
     assert largest.std < 0.1 * abs(largest.value)  # of its shape
     assert found.verdict == "explained"
+
+
+@pytest.mark.parametrize(
+    ("law", "curve", "one"),
+    [
+        ("coulomb_friction", "learned_velocity", True),
+        ("presliding_hysteresis", "learned_velocity", True),  # once the bristles slide
+        ("presliding_hysteresis", "learned_position", False),
+        ("load_dependent_friction", "learned_velocity", False),
+        ("coupled_friction", "learned_velocity", False),
+        ("friction_level", "learned_velocity", False),
+        ("joint_spring", "learned_position", True),
+    ],
+)
+def test_a_law_and_a_curve_of_one_quantity_are_one_torque(law: str, curve: str, one: bool) -> None:
+    assert are_one_torque(law, curve) is are_one_torque(curve, law) is one
