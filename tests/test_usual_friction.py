@@ -14,7 +14,7 @@ from physident.estimation.identify import prepare_all
 from tests.serial_arms import ARMS, urdf
 
 DRY, DRAG = np.array([1.8, 0.9]), np.array([3.5, 1.6])  # N m, N m s/rad
-DAILY = 0.03  # of a joint's friction, standard deviation from recording to recording
+DAILY = 0.02  # of a joint's friction, standard deviation from recording to recording
 BEFORE = 5  # healthy recordings
 
 
@@ -67,6 +67,13 @@ def test_it_knows_by_how_much_healthy_recordings_differ(robot: pid.Robot, model:
     deviation = float(np.sqrt(drawn.var(axis=0, ddof=1).mean()))
     quantile = 2.75  # of Student's t for 0.05 / 4 and eight degrees of freedom, from a table
     assert found.joint == pytest.approx(quantile * deviation * np.sqrt(2), rel=0.25)
+
+
+def test_more_than_a_tenth_is_never_usual(robot: pid.Robot, tmp_path: Path) -> None:
+    wild = healthy(robot, tmp_path, 0.3)
+    own = [pid.load_recording(source.path) for source in wild.sources]
+    found = UsualFriction.of(wild.model, prepare_all(robot, own, wild.filter), wild.filter, 1, 1)
+    assert found.joint == found.arm == 0.1
 
 
 @pytest.mark.parametrize("day", [11, 12, 13])

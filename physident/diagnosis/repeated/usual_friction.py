@@ -26,13 +26,14 @@ from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
 FEWEST = 3  # recordings: two say that they differ, and not by how much recordings usually do
+LARGEST = 0.1  # of the friction: a larger change is worth a look, however far a few recordings, and what the model lacks, are apart
 MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint makes as well is a change of that
 
 
 @dataclass(frozen=True, kw_only=True)
 class UsualFriction:
     """By which share of its friction a ``joint`` of a healthy arm differs at most between the recordings before and now, and the whole
-    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint."""
+    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth."""
 
     joint: float
     arm: float
@@ -62,10 +63,9 @@ class UsualFriction:
         freedom = sum(one.count - 1 for one in seen)
         variance = sum(one.variance * (one.count - 1) for one in seen) / max(freedom, 1)
         means = np.sqrt(1 / old + 1 / new)
-        return UsualFriction(
-            joint=float(t.ppf(1 - UNUSUAL / (2 * n), max(freedom, 1)) * np.sqrt(variance) * means),
-            arm=float(t.ppf(1 - UNUSUAL / 2, max(whole.count - 1, 1)) * np.sqrt(whole.variance) * means),
-        )
+        joint = t.ppf(1 - UNUSUAL / (2 * n), max(freedom, 1)) * np.sqrt(variance) * means
+        arm = t.ppf(1 - UNUSUAL / 2, max(whole.count - 1, 1)) * np.sqrt(whole.variance) * means
+        return UsualFriction(joint=min(LARGEST, float(joint)), arm=min(LARGEST, float(arm)))
 
 
 def friction_values(model: Model) -> tuple[Array, Array]:
