@@ -117,3 +117,13 @@ class Ramp:
         """Positions, velocities, accelerations (N, n)."""
         way = np.maximum(time - self.wait, 0.0)[:, None]
         return self.start + way * self.speed, (way > 0) * self.speed, 0.0 * way * self.speed
+
+
+def swung(rng: np.random.Generator, time: Array) -> tuple[Array, Array, Array]:
+    """Angles [rad], velocities and the torques (N, 2) [N m] of the links of the "two", along four sines of each joint at up to 2 rad/s."""
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+    angle = time[:, None, None] * omega + phase
+    q, v, a = (0.2 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    data = model.createData()
+    return q, v, np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])

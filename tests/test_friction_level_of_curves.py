@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import physident as pid
@@ -13,7 +12,7 @@ from physident.effects.friction import CoulombFriction, NonlinearViscousFriction
 from physident.effects.hysteresis import PreslidingHysteresis
 from physident.effects.scales.friction_level import FrictionLevel
 from physident.testing import check_effect
-from tests.serial_arms import ARMS, urdf
+from tests.serial_arms import ARMS, swung, urdf
 
 COLDER = 0.25
 SATURATES = np.array([0.5, 0.3])  # rad/s at which the drag of oil is half of what it was on the way to
@@ -22,16 +21,8 @@ DRAG, DRY = np.array([7.0, 4.0]), np.array([1.5, 0.8])  # N m s/rad at standstil
 
 def recorded(seed: int, share: float) -> pid.Recording:
     """Two joints with parallel axes whose drag saturates, by pinocchio; sixty seconds at up to 2 rad/s."""
-    rng, time, model = (
-        np.random.default_rng(seed),
-        np.arange(0.0, 60.0, 0.005),
-        pin.buildModelFromXML(urdf(ARMS["two"])),
-    )
-    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (0.2 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 60.0, 0.005)
+    q, v, tau = swung(rng, time)
     tau += (1 + share) * (DRY * np.clip(v / 1e-4, -1, 1) + DRAG * v / (1 + np.abs(v) / SATURATES))
     return pid.Recording.from_arrays(
         time, q, dq=v, effort=tau + 0.05 * rng.standard_normal(tau.shape), source=f"{seed}"

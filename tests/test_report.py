@@ -268,7 +268,7 @@ def test_a_joint_that_errs_more_than_before_is_named_though_nothing_describes_it
         data["recordings"][0]["repeats"] = "before.csv"
 
     page = page_of(folder, grown)
-    assert "joint 2 errs 6.5 times as much as on the model's own recordings" in page.all("h1")[0].text
+    assert "Joint 2 errs 6.5 times as much as on the model's own recordings" in page.all("h1")[0].text
     assert "Look at joint 2" in page.all("header")[0].text
     assert "No motion was repeated here" not in page.text
 

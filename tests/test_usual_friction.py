@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import physident as pid
 from physident.diagnosis.repeated.usual_friction import UsualFriction
 from physident.estimation.identify import prepare_all
-from tests.serial_arms import ARMS, urdf
+from tests.serial_arms import ARMS, swung, urdf
 
 DRY, DRAG = np.array([1.8, 0.9]), np.array([3.5, 1.6])  # N m, N m s/rad
 DAILY = 0.02  # of a joint's friction, standard deviation from recording to recording
@@ -22,12 +21,7 @@ def recorded(motion: int, noise: int, level: np.ndarray, push: float = 0.0) -> p
     """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own, and a
     constant ``push`` [N m] on the second joint."""
     rng, time = np.random.default_rng(motion), np.arange(0.0, 30.0, 0.005)
-    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (0.2 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
-    model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    q, v, tau = swung(rng, time)
     tau += level * (DRY * np.clip(v / 1e-4, -1, 1) + DRAG * v)
     tau[:, 1] += push
     tau += 0.05 * np.random.default_rng(1000 + noise).standard_normal(tau.shape)

@@ -131,7 +131,7 @@ class Effect(ABC):
 
     def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
         """What a diagnosis tells of its parameters: names and units of r values, and the map (r, k) that makes them of theta."""
-        return (columns := self.columns(robot)), np.eye(len(columns))
+        return self.columns(robot), np.eye(len(self.columns(robot)))
 
     def in_words(self, robot: Robot, theta: Array) -> str:
         """A sentence on what parameters ``theta`` (k,) mean; empty where names, numbers and units say it."""

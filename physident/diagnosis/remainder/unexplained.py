@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
-GROWN = 3.0  # times: along motions that it never saw, a model errs by up to twice as much as along its own
+GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -56,7 +56,7 @@ class Unexplained:
 
     @property
     def grown(self) -> bool:
-        """Whether it has structure, and is so much larger than on the model's own recordings that more than the motion is another."""
+        """Whether it has structure, and is several times as large as on the model's own recordings: of the arm, or of a motion that is far from theirs."""
         return self.structured and (self.times_own or 0.0) > GROWN
 
     @property

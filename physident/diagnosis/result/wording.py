@@ -170,7 +170,8 @@ def grown_sentence(grown: Sequence[Unexplained]) -> str:
     """Which joints err by how much more than on the model's own recordings; empty where none does."""
     if not grown:
         return ""
-    return f"Something that no effect of the catalogue describes has changed: {grown_in_words(grown)}."
+    words = grown_in_words(grown)
+    return f"{words[0].upper()}{words[1:]}, and nothing that was found describes it."
 
 
 def grown_in_words(grown: Sequence[Unexplained]) -> str:

@@ -50,11 +50,8 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
     """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
     if c.grown:
         joints = f"joint{'s' if len(c.grown) > 1 else ''} {listed([one.joint for one in c.grown])}"
-        return [
-            tag(
-                "p", f"Look at {joints}: what has changed there is nothing that the catalogue knows.", class_="practice"
-            )
-        ]
+        text = f"Look at {joints}, and at whether this motion goes where none of the model's own recordings has been."
+        return [tag("p", text, class_="practice")]
     if not c.causes:
         if c.verdict == "nothing_missing" and c.question == "different":
             return [tag("p", UNCHANGED, OLD if c.missing_since_before else "", class_="practice")]
