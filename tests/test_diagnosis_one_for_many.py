@@ -18,6 +18,7 @@ from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
+from physident.diagnosis.statistics.intervals import uncertainty_of
 from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Arm, Sensors, hide, multisine, record
@@ -64,6 +65,24 @@ def test_a_payload_takes_the_place_of_three_links(loaded: Hypothesis) -> None:
     assert len(found.replaces) >= 2
     assert not {a.candidate.key for a in found.replaces} & {a.candidate.key for a in found.accepted}
     assert find_replacement(state, kept=state.accepted) is None
+
+
+@pytest.mark.parametrize("names", [("payload", "link_inertia"), ("link_inertia", "payload")])
+def test_the_mass_that_two_effects_can_carry_is_the_first_one_s(loaded: Hypothesis, names: tuple[str, str]) -> None:
+    state = settled_hypothesis(
+        loaded.problem, accepted(loaded, tuple((n, () if n == "payload" else (4,)) for n in names))
+    )
+    mass = [values[0] for values in state.effect_values]
+    assert mass[0] == pytest.approx(0.8, rel=0.1)
+    assert mass[1] == pytest.approx(0.0, abs=0.05)
+    error = np.sqrt(np.diag(uncertainty_of(state).covariance))
+    places = [p[0] for p in state.extension.places]
+    assert abs(mass[0] - 0.8) < 4 * error[places[0]] < 0.2
+    told = sum(
+        state.columns(a.candidate, a.effect).torque(x) for a, x in zip(state.accepted, state.effect_values, strict=True)
+    )
+    fitted = state.baseline.torque(np.append(np.zeros(len(state.problem.freedom.prior)), state.fit.x[-20:]))
+    np.testing.assert_allclose(told, fitted, atol=1e-5 * np.abs(fitted).max())
 
 
 def test_effects_that_are_there_are_replaced_by_none(rubbing: Hypothesis) -> None:

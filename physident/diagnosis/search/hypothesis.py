@@ -17,7 +17,7 @@ from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchDat
 from physident.diagnosis.search.extension import Extension, extend
 from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
-from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.normal_equations import first_takes_all, pseudo_inverse
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
@@ -69,10 +69,21 @@ class Hypothesis:
         return len(self.problem.freedom.prior)
 
     @cached_property
+    def _shared_out(self) -> Array:
+        """The map (E, E) by which the effect accepted first has what several of them can make."""
+        own = self.fit.normal[self._model_values :, self._model_values :]
+        return first_takes_all(own, self._sizes)
+
+    @property
+    def _sizes(self) -> list[int]:
+        """How many values each accepted effect has."""
+        return [len(a.effect.columns(self.problem.model.robot)) for a in self.accepted]
+
+    @cached_property
     def effect_values(self) -> list[Array]:
         """Fitted values (k,) of each accepted effect."""
-        sizes = [len(a.effect.columns(self.problem.model.robot)) for a in self.accepted]
-        return np.split(self.fit.x[self._model_values :], np.cumsum(sizes)[:-1]) if self.accepted else []
+        values = self._shared_out @ self.fit.x[self._model_values :]
+        return np.split(values, np.cumsum(self._sizes)[:-1]) if self.accepted else []
 
     @cached_property
     def extension(self) -> Extension:
@@ -88,9 +99,9 @@ class Hypothesis:
         """How the extended model's theta (P,) moves with the values of the joint fit: (P, R)."""
         J = np.zeros((len(self.extension.model.theta), len(self.fit.x)))
         J[: len(self.problem.model.theta), : self._model_values] = self.problem.freedom.map
-        at = self._model_values
+        at = 0
         for places in self.extension.places:
-            J[places, at + np.arange(len(places))] = 1.0
+            J[places, self._model_values :] += self._shared_out[at : at + len(places)]
             at += len(places)
         return J
 

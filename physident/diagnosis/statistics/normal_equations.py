@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
@@ -38,3 +40,28 @@ def pseudo_inverse(H: Array) -> Array:
     kept = values > RANK * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
     return root @ root.T
+
+
+def first_takes_all(H: Array, sizes: Sequence[int]) -> Array:
+    """The map (R, R) of least-norm values to those of the same torque in which groups of so many values give what several of them can make
+    to the first: the mass of a payload can be one of the link before it, and the norm alone would share it out.
+
+    ``H`` (R, R) is the normal matrix of the groups' columns.
+    """
+    size = np.sqrt(np.maximum(np.diag(H), 0.0))
+    felt = np.flatnonzero(size > ZERO * size.max(initial=0.0))
+    result, size = np.eye(len(H)), size[felt]
+    if not len(felt):
+        return result
+    group = np.repeat(np.arange(len(sizes)), sizes)[felt]
+    values, vectors = np.linalg.eigh(H[np.ix_(felt, felt)] / np.outer(size, size))
+    free, total = vectors[:, values <= RANK * values[-1]], np.eye(len(felt))
+    for last in reversed(range(len(sizes))):  # as small as those after it allow
+        own = group == last
+        u, s, vt = np.linalg.svd(free[own])
+        rank = int(np.sum(s > INSIDE))
+        moves = np.zeros_like(total)
+        moves[:, own] = free @ vt[:rank].T @ (u[:, :rank] / s[:rank]).T
+        total, free = total - moves @ total, free @ vt[rank:].T
+    result[np.ix_(felt, felt)] = total / size[:, None] * size
+    return result
