@@ -105,6 +105,23 @@ def test_it_is_written_and_read_like_any_other(motion: RecordedMotion, tmp_path:
         RecordedMotion(np.zeros((9, 2)), 0.0)
 
 
+@pytest.mark.parametrize(("minutes", "seconds"), [(1.0, 20.0), (2.0, 60.0), (2.0, 45.0)])
+def test_a_long_motion_that_is_repeated_keeps_the_session_s_time(
+    ur5: pid.Robot, tmp_path: Path, minutes: float, seconds: float
+) -> None:
+    """What warms the arm and ends the session is as long as there is room for, not another minute."""
+    for k in range(2):
+        run = record(Arm(), multisine(5 + k, duration=seconds, speed=0.6), Sensors(), 5, step=4e-3)
+        run.write_csv(tmp_path / f"before{k}.csv")
+    paths = [tmp_path / f"before{k}.csv" for k in range(2)]
+    session = pid.design_session(
+        replace(ur5, acceleration_limit=None), repeat=paths, minutes=minutes, limits="joint", pool=4
+    )
+    assert isinstance(session.legs[session.legs[0].warm_up].trajectory, RecordedMotion)
+    assert session.duration <= 60 * minutes + 1e-6
+    assert sum(leg.role == "fit" for leg in session.legs) >= 2
+
+
 def test_a_session_begins_with_what_is_repeated(ur5: pid.Robot, tmp_path: Path) -> None:
     record(Arm(), multisine(5, speed=0.6), Sensors(), 5, step=2e-3).write_csv(tmp_path / "before.csv")
     settings = {"minutes": 1.0, "limits": "joint", "pool": 4}

@@ -132,7 +132,7 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     part, doubted, found = findings
     said = headline("missing", "unexplained", [part, doubted])
     assert said == (
-        "What was found missing from the model explains too little of the error to be called a cause: time delay or payload."
+        "Found to be missing from the model, but not as the main cause of the error: time delay or payload."
     )
     part.rivals.extend([SimpleNamespace(effect="joint_spring", joints=(j,)) for j in (1, 2)])
     assert headline("missing", "unexplained", [part]).endswith("time delay or payload or others.")

@@ -86,10 +86,15 @@ def test_diagnosis_file() -> None:
     # of a file from before these were known
     assert (again.pop("missing_since_before"), again.pop("controlled"), again.pop("wrong_baseline")) == ([], None, [])
     assert again.pop("wrong_unseen") == []
+    assert again.pop("headline") == record.headline
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
         assert (one.pop("in_words"), one.pop("curves")) == ("", [])
+        for value in one["parameters"]:
+            low, high = value.pop("change_interval95")
+            assert high - low == pytest.approx(np.ptp(value["interval95"]))
+            assert low < value["change"] < high
     for one in again["unexplained"]:
         assert one.pop("predictable") is None
         assert one.pop("burst") is None

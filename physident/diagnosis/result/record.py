@@ -140,8 +140,9 @@ class DiagnosisRecord:
             "schema": SCHEMA,
             "question": self.question,
             "verdict": self.verdict,
-            "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
-            "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
+            "headline": self.headline,
+            "findings": [_finding(f) | {"command": self.command(f)} for f in self.findings],
+            "missing_since_before": [_finding(f) for f in self.missing_since_before],
             "controlled": self.controlled,
             "wrong_baseline": list(self.wrong_baseline),
             "wrong_unseen": list(self.wrong_unseen),
@@ -170,6 +171,13 @@ class DiagnosisRecord:
             "model": self.model.as_dict(),
             "extended_model": None if self.extended is None else self.extended.as_dict(),
         }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    """A finding as JSON can hold it, each value with the interval of its change, too."""
+    plain = _plain(asdict(finding))
+    values = zip(plain["parameters"], finding.parameters, strict=True)
+    return plain | {"parameters": [one | {"change_interval95": list(v.change_interval95)} for one, v in values]}
 
 
 def _plain(value: Any) -> Any:

@@ -81,7 +81,7 @@ def _answer(d: DiagnosisRecord) -> str:
     more = f"; but {grown_in_words(d.grown)}" if d.grown else ""
     if parts := parts_of(d.findings):
         named = [one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts[:SHOWN]]
-        return f"too little of the error to be called a cause is explained by {'; '.join(named)}{more}"
+        return f"{'; '.join(named)}, but not as the main cause of the error{more}"
     if not d.causes:
         return f"nothing that these recordings can prove{more}"
     return "; ".join(one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in d.causes[:SHOWN])

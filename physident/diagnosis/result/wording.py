@@ -100,7 +100,8 @@ def sense_in_words(finding: Finding) -> str:
     """What its values mean: of a finding with rivals, what they mean if it is this one."""
     if not finding.rivals or not finding.in_words or finding.curves:
         return finding.in_words
-    return f"If it is {effect_label(finding.effect)}: {finding.in_words}"
+    words = finding.in_words
+    return f"If it is {effect_label(finding.effect)}: {words[0].lower()}{words[1:]}"
 
 
 def trust_in_words(finding: Finding) -> str:
@@ -158,9 +159,7 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
         return " ".join([*_properties_sentence(asked, causes), *_contacts_sentence(causes)])
     if parts := parts_of(findings):
         named = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts]
-        return (
-            f"What was found {NOT_FOUND[asked]} explains too little of the error to be called a cause: {_few(named)}."
-        )
+        return f"Found to be {NOT_FOUND[asked]}, but not as the main cause of the error: {_few(named)}."
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 SHORTEST = 3 * LENGTH  # s: the fewest pieces to fit and one to hold out
 LONGEST = 60.0  # min
 FEWEST = 2  # pieces to fit
+SAME = 1e-6  # s: rounding of a duration
 WITH_WARM_UP = 120.0  # s: from here on a session has time for a warm-up and for a repeat
 POOL = 18  # pieces to choose from, and as many again with a load
 ANY_CHANGE = "what has changed stands out of the noise of two recordings there, whatever the model lacks; it is no question of this list"
@@ -88,7 +89,7 @@ def plan_session(
     """The session that within its minutes does most for all questions at once, and what it is expected to settle.
 
     Every kind of question weighs alike. A question that is as good as settled attracts no more minutes. ``shown_ranges`` are those of
-    earlier recordings; the motions of those to ``repeat`` come first, as many as fit beside a piece to hold out. Raises InputError for a budget that cannot be used, NotSolvedError where too few motions keep the limits.
+    earlier recordings; the motions of those to ``repeat`` come first, as many as fit beside one more piece and one to hold out. Raises InputError for a budget that cannot be used, NotSolvedError where too few motions keep the limits.
     """
     heavy = None if budget.load is None else with_load(model, budget.load)
     cell = cell_of(model, heavy, budget.limits, budget.table, budget.clearance, budget.meshes, budget.seed)
@@ -100,7 +101,7 @@ def plan_session(
             "fewer than three motions within the limits were found; expected wider limits, another --table, or --limits joint"
         )
     spare = 60 * budget.minutes - (0.0 if loaded is None else loaded.duration)
-    repeated, broken = repeated_pieces(cell, repeat, spare - LENGTH)
+    repeated, broken = repeated_pieces(cell, repeat, spare - 2 * LENGTH)
     candidates = []
     for k, piece in enumerate(every := [*repeated, *pieces]):
         candidates.append(_Candidate(piece, evidence.shown(piece.motion), ranges_of(model, piece.motion)))
@@ -174,7 +175,8 @@ def _chosen(
     picked = choose(parts, seconds, spare, score, range(len(again)))
     # a diagnosis compares recordings: where nothing is open, still the pieces that move most
     more = sorted(
-        (i for i in range(len(parts)) if i not in picked), key=lambda i: -float(np.mean(parts[i].ranges.size / room))
+        (i for i in range(len(parts)) if i not in picked and seconds[i] <= LENGTH + SAME),
+        key=lambda i: -float(np.mean(parts[i].ranges.size / room)),
     )
     picked += more[: max(0, FEWEST - len(picked))]
     return [parts[i] for i in picked], holdout
@@ -189,23 +191,23 @@ def _session(
     notes: tuple[str, ...],
 ) -> Session:
     """The legs in the order to record them, and what is expected of them."""
-    long = budget.minutes * 60 >= WITH_WARM_UP
     names = [f"{k:02d}_{one.piece.kind}" for k, one in enumerate(chosen, 1)]
     legs = []
     for name, one in zip(names, chosen, strict=True):
         settles = worse_without(score.evidence, score.shown(chosen), one.shown)
         legs.append(_leg(name, one.piece, piece_purpose(one.piece), settles))
-    fourier = [k for k, one in enumerate(chosen) if one.piece.kind == "fourier"] or [0]
+    used = sum(one.piece.motion.duration for one in (*chosen, holdout))
+    twice = _to_record_twice(chosen, 60 * budget.minutes - used) if budget.minutes * 60 >= WITH_WARM_UP else None
     last = _leg(
         f"{len(chosen) + 1:02d}_validation", holdout.piece, "validation: nothing is fitted to it", (), holdout=True
     )
     legs.append(last)
-    if long:
-        first = chosen[fourier[0]]
+    if twice is not None:
+        first = chosen[twice]
         warm = _leg("00_warm_up", first.piece, "warms gears and grease; not fitted", (), warm_up=True)
         repeat = _leg(
             f"{len(chosen) + 2:02d}_repeat", first.piece,
-            f"repeats {names[fourier[0]]}: what differs is the noise floor and the drift", (),
+            f"repeats {names[twice]}: what differs is the noise floor and the drift", (),
         )  # fmt: skip
         legs = [warm, *legs, repeat]
         chosen = [*chosen, first]
@@ -220,6 +222,13 @@ def _session(
         notes=(*notes, hidden_text(hidden)) if hidden else notes,
     )
     return Session(tuple(legs), (), outlook)
+
+
+def _to_record_twice(chosen: Sequence[_Candidate], room: float) -> int | None:
+    """The piece that also warms the arm and ends the session within so many seconds: of those that fit a Fourier piece, or the shortest."""
+    seconds = [one.piece.motion.duration for one in chosen]
+    fitting = [k for k in range(len(chosen)) if 2 * seconds[k] <= room + SAME]
+    return min(fitting, key=lambda k: (chosen[k].piece.kind != "fourier", seconds[k]), default=None)
 
 
 def _with_spare_time(session: Session, minutes: float) -> Session:
