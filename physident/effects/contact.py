@@ -68,6 +68,9 @@ class Contact(Effect):
             for axis in "xyz"
         )
 
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        return "The force is that of a push at the tool; one elsewhere on the arm has another force."
+
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         return every_joint_pattern(robot.n, 3 * len(self.pieces()))
 
