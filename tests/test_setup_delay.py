@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import physident as pid
 from physident.setup_checks.check_setup import check_setup
+from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.plant.laws import Bristle
 from tests.serial_arms import ARMS, urdf
 
 RUBS, OIL = 0.5, 1.0  # N m, N m s/rad
@@ -55,3 +61,22 @@ def test_a_delay_of_slow_motions_is_seen_all_the_same(robot: pid.Robot, late: fl
     (found,) = check_setup(robot, [recorded(seed, late) for seed in (1, 2, 3, 4)])
     assert found.kind == "effort_delay"
     assert ("later" if late > 0 else "earlier") in found.statement
+
+
+@pytest.mark.parametrize("late", [0.0, 0.015, 0.04])
+def test_the_lag_of_bristles_is_no_part_of_a_delay(ur5: pid.Robot, tmp_path: Path, late: float) -> None:
+    """Friction of LuGre's kind, which lets go beyond its sliding friction, comes late after each reversal, on the wrist's joints most."""
+    friction, level = Arm().friction, Arm().friction.coulomb
+    law = Bristle(stiffness=level / 0.003, damping=0.1 * np.sqrt(level / 0.003), fade=np.full(6, 0.1))
+    arm = replace(Arm(), friction=replace(friction, law=law, onset=0.3 * level))
+    runs = []
+    for seed in (101, 102, 103):
+        made = record(hide(arm, "time_delay", (), late), multisine(seed, duration=30.0), Sensors(), seed, step=2e-3)
+        made.write_csv(tmp_path / f"{seed}.csv")
+        runs.append(pid.load_recording(tmp_path / f"{seed}.csv"))
+    found = [finding for finding in check_setup(ur5, runs) if finding.kind == "effort_delay"]
+    assert len(found) == (late > 0.02)
+    for finding in found:
+        low, high = (int(x) for x in re.findall(r"\d+", finding.evidence))
+        assert low <= 1e3 * late <= high
+        assert high - low < 10

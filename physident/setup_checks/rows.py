@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics
+from physident.effects.hysteresis import bristle
 from physident.errors import InputError
 from physident.recordings.preparation import differentiate
 from physident.recordings.recording import Recording
-from physident.recordings.signals import MOVING_SPEED, Filter
+from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 CUTOFF = 5.0  # Hz: gravity, inertia and friction of arms lie below
 BLOCKS = 10  # of each set of recordings: the fewest for which Student's t is near the normal distribution
 STRONG = 0.3  # of the largest inertia and gravity torque of any joint: weaker ones depend on details of the description
+BUILDS_UP = (1e-3, 3e-3, 1e-2)  # rad: over which the friction of gears builds up after a reversal
 MIN_ROWS = 60  # of all recordings together: six a block
 
 
@@ -28,7 +30,7 @@ class Rows:
     """M rows in motion of n joints, from positions and efforts only: the measured velocity may be wrong.
 
     ``q``, ``v``, ``a`` and ``torque`` (M, n) in rad, N m and seconds, filtered and decimated; ``sign`` (M, n) is the filtered
-    direction of motion. ``segment`` and ``block`` (M,) number the contiguous parts and the blocks of the jackknife; ``time``
+    direction of motion. ``bristles`` (M, n, 3) are friction of one that builds up over each of ``BUILDS_UP``. ``segment`` and ``block`` (M,) number the contiguous parts and the blocks of the jackknife; ``time``
     (M,) [s]. ``trusted``: all efforts are torques, or currents with drive gains.
     """
 
@@ -38,6 +40,7 @@ class Rows:
     a: Array
     torque: Array
     sign: Array
+    bristles: Array
     time: Array
     segment: NDArray[np.intp]
     block: NDArray[np.intp]
@@ -77,7 +80,8 @@ class Rows:
     def relabelled(self, order: NDArray[np.intp]) -> Rows:
         """The rows with channel order[k] taken for joint k, positions and efforts alike."""
         return replace(
-            self, q=self.q[:, order], v=self.v[:, order], a=self.a[:, order], torque=self.torque[:, order], sign=self.sign[:, order]
+            self, q=self.q[:, order], v=self.v[:, order], a=self.a[:, order], torque=self.torque[:, order], sign=self.sign[:, order],
+            bristles=self.bristles[:, order],
         )  # fmt: skip
 
     def placed(self, joint: int, direction: float, zero: float) -> Rows:
@@ -86,9 +90,8 @@ class Rows:
         factor[joint] = direction
         q = factor * self.q
         q[:, joint] += zero
-        return replace(
-            self, q=q, v=factor * self.v, a=factor * self.a, torque=factor * self.torque, sign=factor * self.sign
-        )
+        turned = {name: factor * getattr(self, name) for name in ("v", "a", "torque", "sign")}
+        return replace(self, q=q, bristles=factor[:, None] * self.bristles, **turned)
 
     def scaled(self, factor: float) -> Rows:
         """The rows with positions in another unit."""
@@ -97,12 +100,12 @@ class Rows:
 
 def rows_of(robot: Robot, recordings: Sequence[Recording]) -> Rows | None:
     """Rows of recordings with the robot's number of joints; None where too little of them is in motion."""
-    parts = [part for recording in recordings for part in _filtered(recording)]
+    parts = [part for recording in recordings for part in _filtered(recording, robot)]
     kept = [part for part in parts if len(part.time) > 2]
     if sum(len(part.time) for part in kept) < MIN_ROWS:
         return None
     segment = np.concatenate([np.full(len(part.time), k) for k, part in enumerate(kept)])
-    names = ("q", "v", "a", "torque", "sign", "time")
+    names = ("q", "v", "a", "torque", "sign", "bristles", "time")
     joined = {name: np.concatenate([getattr(part, name) for part in kept]) for name in names}
     count = len(segment)
     return Rows(
@@ -137,9 +140,10 @@ class _Part:
     a: Array
     torque: Array
     sign: Array
+    bristles: Array
 
 
-def _filtered(recording: Recording) -> list[_Part]:
+def _filtered(recording: Recording, robot: Robot) -> list[_Part]:
     """The contiguous parts of a recording, filtered; none where no part is as long as the filter."""
     filter = filter_for(recording)
     try:
@@ -156,7 +160,14 @@ def _filtered(recording: Recording) -> list[_Part]:
         assert part.torque is not None
         channels = (part.q, part.v, part.a, part.torque, np.tanh(part.v / MOVING_SPEED))
         q, v, a, torque, sign = map(low, channels)
+        bristles = np.stack([low(one) for one in _bristles(part, robot)], axis=-1)
         time = part.time[delay * every :: every][: len(v)]
         moving = (np.abs(v) > MOVING_SPEED / 2).any(axis=1)
-        result.append(_Part(*(x[moving] for x in (time, q, v, a, torque, sign))))
+        result.append(_Part(*(x[moving] for x in (time, q, v, a, torque, sign, bristles))))
     return result
+
+
+def _bristles(signals: Signals, robot: Robot) -> list[Array]:
+    """Friction (N, n) of one that builds up over each distance, on a slide in proportion."""
+    radian = np.array([joint.radian for joint in robot.joints])
+    return [bristle(signals.v.T, far * radian, signals.rate).T / (far * radian) for far in BUILDS_UP]

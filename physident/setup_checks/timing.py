@@ -1,7 +1,7 @@
 """A constant delay between positions and efforts: the shift with which the description explains the efforts best.
 
-Rows at which a joint is slow are left out for that joint: friction that gives way within a small angle is late at a
-reversal, and would be taken for a delay. So would friction that grows with the load, which slow motions have most of: it is fitted, too.
+Friction that builds up over a small angle is late after a reversal, and would be taken for a delay: it is fitted, over several angles, and
+rows at which a joint is slow are left out for that joint. So would friction that grows with the load, which slow motions have most of.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def effort_delay(rows: Rows) -> Interval | None:
 
 @dataclass(frozen=True, eq=False)
 class _Sums:
-    """Of one joint, by blocks: products of its columns (B, 6, 6), with each shifted torque (B, S, 6), of the torques (B, S)."""
+    """Of one joint, by blocks: products of its columns (B, k, k), with each shifted torque (B, S, k), of the torques (B, S)."""
 
     inner: Array
     cross: Array
@@ -72,7 +72,7 @@ class _Sums:
 
 def _joint_sums(rows: Rows, joint: int, blocks: NDArray[np.intp]) -> _Sums:
     load = np.abs(rows.gravity + rows.inertial)[:, joint] * rows.sign[:, joint]
-    columns = np.column_stack([rows.columns[joint], load])
+    columns = np.column_stack([rows.columns[joint], load, rows.bristles[:, joint]])
     speed = np.abs(rows.v[:, joint])
     fast = speed > FAST * np.percentile(speed, 95)
     x, y, block, segment = columns[fast], _shifted(rows, joint)[fast], rows.block[fast], rows.segment[fast]
