@@ -15,7 +15,7 @@ from physident.diagnosis.result.advice import other_rival
 from physident.diagnosis.result.assemble import _joined
 from physident.diagnosis.result.findings import Rival
 from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import by_simpler, random_motion, same_torque
+from physident.diagnosis.rivals.same_torque import by_simpler, random_motion, same_torque, whole_friction
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
@@ -129,7 +129,7 @@ def test_no_motion_is_designed_for_what_none_can_separate() -> None:
     assert other_rival("joint_zero_offset", rivals) == rivals[1]
     assert other_rival("joint_zero_offset", rivals[:1]) is None
     keys = [(("torque_offset", (1,)), True), (("torque_offset", (2,)), False), (("gravity_tilt", ()), True)]
-    assert _joined(keys) == (Rival("torque_offset", (1, 2)), Rival("gravity_tilt", (), inseparable=True))
+    assert _joined(keys) == (Rival("gravity_tilt", (), inseparable=True), Rival("torque_offset", (1, 2)))
 
 
 def test_friction_that_grows_with_a_load_that_is_always_the_same_is_coulomb_friction(tmp_path: Path) -> None:
@@ -160,3 +160,55 @@ def test_friction_that_grows_with_a_load_that_is_always_the_same_is_coulomb_fric
     assert stands_for == {("coulomb_friction", (1,)): ("load_dependent_friction", (1,))}
     turning = accepted(opened, ("load_dependent_friction", (2,)))  # whose load changes with every acceleration
     assert by_simpler(turning)[1] == {}
+
+
+LIGHT = (
+    Joint(mass=4.0),
+    Joint(mass=0.02, length=0.05),
+)  # what the second joint carries is hardly more than its friction
+
+
+def rubbing(seed: int, share: float = 1.0) -> pid.Recording:
+    """Two joints whose friction, of the second one times a ``share``, gives way within a fifth of a milliradian (Maxwell slip) and grows with speed."""
+    model, time = pin.buildModelFromXML(urdf(LIGHT)), np.arange(0.0, 30.0, 0.008)
+    rng = np.random.default_rng(seed)
+    omega, phase = rng.uniform(0.8, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+    angle = time[:, None, None] * omega + phase
+    q, v, a = (0.4 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    data, stretched = model.createData(), np.zeros(q.shape)
+    for k in range(1, len(q)):
+        stretched[k] = np.clip(stretched[k - 1] + q[k] - q[k - 1], -2e-4, 2e-4)
+    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    tau += (4000.0 * stretched + 0.5 * v) * np.array([1.0, share])
+    tau += 0.02 * rng.standard_normal(tau.shape)
+    return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{seed}")
+
+
+@pytest.fixture(scope="module")
+def light(tmp_path_factory: pytest.TempPathFactory) -> pid.Estimate:
+    path = tmp_path_factory.mktemp("light") / "light.urdf"
+    path.write_text(urdf(LIGHT))
+    return pid.identify(pid.load_robot(path), [rubbing(1), rubbing(2)])
+
+
+@pytest.mark.parametrize(("joint", "share"), [(2, 1.25), (2, 0.8), (1, 1.25)])
+def test_a_motor_of_a_joint_that_carries_friction_alone_is_its_friction_by_another_name(
+    light: pid.Estimate, joint: int, share: float
+) -> None:
+    signals = prepare_all(light.model.robot, [rubbing(3, share)], light.filter)
+    state = settled_hypothesis(state_problem("different", light, signals, light.filter, 0), ())
+    found = whole_friction(accepted(state, ("torque_constant", (joint,))))
+    if joint == 1:  # gravity is most of what this one carries
+        assert found == {}
+    else:
+        assert found[("torque_constant", (2,))] == pytest.approx(share - 1, abs=0.03)
+
+
+def test_more_friction_of_every_kind_is_named_where_a_motor_is(light: pid.Estimate) -> None:
+    answer = pid.diagnose_motion(light, [rubbing(3, 1.25)])
+    (first,) = answer.causes
+    assert first.joints == (2,)
+    assert first.effect == "torque_constant"
+    assert first.rivals[0] == Rival("friction_level", (2,), True)
+    assert "Nearly all torque of joint 2 is friction: 25 % more of every kind" in first.advice
+    assert "torque_constant (joint 2) or friction_level (joint 2)" in " ".join(repr(answer).split())

@@ -135,18 +135,20 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
         "Found to be missing from the model, but not as the main cause of the error: time delay or payload."
     )
     part.rivals.extend([SimpleNamespace(effect="joint_spring", joints=(j,)) for j in (1, 2)])
-    assert headline("missing", "unexplained", [part]).endswith("time delay or payload or others.")
+    assert headline("missing", "unexplained", [part]).endswith(
+        "time delay or payload or joint spring on joint 1 or others."
+    )
     assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
     assert "time delay" not in headline("missing", "explained", [part, found])
 
 
 def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
     """Who reads no further must not take one of several names for the answer."""
-    names = ("torque_constant", "viscous_friction", "coulomb_friction")
+    names = ("torque_constant", "viscous_friction", "coulomb_friction", "payload")
     rivals = [SimpleNamespace(effect=name, joints=(6,), inseparable=False) for name in names[1:]]
     found: Any = SimpleNamespace(effect=names[0], joints=(6,), grade="cause", intervals=(), rivals=rivals)
     assert headline("different", "explained", [found]).endswith(
-        "torque constant on joint 6 or viscous friction on joint 6 or others."
+        "torque constant on joint 6 or viscous friction on joint 6 or Coulomb friction on joint 6 or others."
     )
 
 

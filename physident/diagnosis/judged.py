@@ -24,7 +24,7 @@ from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import same_torque
+from physident.diagnosis.rivals.same_torque import same_torque, whole_friction
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.searched import Searched
 from physident.diagnosis.stability.doubts import trust_in
@@ -52,8 +52,11 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     """What was found, held against rivals, halves, the control and unseen recordings."""
     last, hypothesis = searched.last, searched.last.hypothesis
     problem = hypothesis.problem
-    same = same_torque(hypothesis)
-    checks = [check_rivals(last, one, same.get(one.candidate.key, ())) for one in hypothesis.accepted]
+    same, friction = same_torque(hypothesis), whole_friction(hypothesis)
+    checks = [
+        check_rivals(last, one, same.get(one.candidate.key, ()), friction.get(one.candidate.key))
+        for one in hypothesis.accepted
+    ]
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}

@@ -21,6 +21,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
 from physident.effects.catalogue import effect_scope
+from physident.effects.scales.friction_level import FrictionLevel
 
 Array = NDArray[np.float64]
 SCALED = (
@@ -65,10 +66,14 @@ def _finding(
     accepted = [check.accepted for check in group]
     name = accepted[0].candidate.name
     joints = tuple(j for one in accepted for j in one.candidate.joints)
-    rivals = _joined([(r.key, r in check.same) for check in group for r in (*check.rivals, *check.same)])
+    whole = [
+        ((FrictionLevel.name, check.accepted.candidate.joints), True) for check in group if check.friction is not None
+    ]
+    rivals = _joined([*whole, *((r.key, r in check.same) for check in group for r in (*check.rivals, *check.same))])
     bands = [curve_band(hypothesis, one, uncertainty) for one in accepted]
     texts = [
         SCALED if from_currents and name == "payload" else "",
+        *(_friction_too(check) for check in group),
         separating_words(name, other.effect) if (other := other_rival(name, rivals)) is not None else "",
     ]
     known = [trust.get(one.candidate.key, Trust()) for one in accepted]
@@ -90,8 +95,17 @@ def _finding(
     )
 
 
+def _friction_too(check: RivalCheck) -> str:
+    """What it means that an effect is as good as more or less friction; empty where it is not."""
+    if check.friction is None:
+        return ""
+    (joint,) = check.accepted.candidate.joints
+    size = f"{100 * abs(check.friction):.3g} % {'more' if check.friction > 0 else 'less'}"
+    return f"Nearly all torque of joint {joint} is friction: {size} of every kind of friction there is nearly the same torque."
+
+
 def _joined(rivals: Sequence[tuple[tuple[str, tuple[int, ...]], bool]]) -> tuple[Rival, ...]:
-    """Rivals of one name, given with their joints and whether they are inseparable, joined over joints."""
+    """Rivals of one name, given with their joints and whether they are inseparable, joined over joints; those that no motion tells first."""
     found: dict[tuple[str, tuple[int, ...]], set[int]] = {}
     separable = set()
     for (name, joints), inseparable in rivals:
@@ -99,7 +113,8 @@ def _joined(rivals: Sequence[tuple[tuple[str, tuple[int, ...]], bool]]) -> tuple
         found.setdefault(key, set()).update(joints)
         if not inseparable:
             separable.add(key)
-    return tuple(Rival(key[0], tuple(sorted(joints)), key not in separable) for key, joints in found.items())
+    result = [Rival(key[0], tuple(sorted(joints)), key not in separable) for key, joints in found.items()]
+    return tuple(sorted(result, key=lambda rival: not rival.inseparable))
 
 
 def _without(hypothesis: Hypothesis, effects: Sequence[AcceptedEffect]) -> Hypothesis:

@@ -25,6 +25,7 @@ NOT_FOUND: dict[Asked, str] = {
 }
 INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
+ALIKE = 3  # names of one cause in a sentence
 AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
 
 
@@ -186,8 +187,8 @@ def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]
 
 
 def one_of(names: Sequence[str]) -> str:
-    """What a finding is, and what it could also be: two names, and that there are more."""
-    return " or ".join([*names[:2], *(["others"] if len(names) > 2 else [])])
+    """What a finding is, and what it could also be: three names, and that there are more."""
+    return " or ".join([*names[:ALIKE], *(["others"] if len(names) > ALIKE else [])])
 
 
 def _few(causes: Sequence[str]) -> str:

@@ -32,16 +32,20 @@ CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: 
 @dataclass(frozen=True, eq=False)
 class RivalCheck:
     """An accepted effect beside all others: its left-out ``gain``, the candidates that could stand in its place as far as these
-    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it."""
+    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it. ``friction``: by what share all friction
+    of its joint would have to be larger to make this torque, too; None where that could not be."""
 
     accepted: AcceptedEffect
     gain: float
     rivals: tuple[Candidate, ...]
     same: tuple[Candidate, ...] = ()
     larger: tuple[Candidate, ...] = ()
+    friction: float | None = None
 
 
-def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence[Candidate] = ()) -> RivalCheck:
+def check_rivals(
+    last: CandidateScores, accepted: AcceptedEffect, same: Sequence[Candidate] = (), friction: float | None = None
+) -> RivalCheck:
     """The left-out gain of an accepted effect beside all others, and its rivals; the ``same`` ones where they are possible."""
     hypothesis = last.hypothesis
     others = [a for a in hypothesis.accepted if a is not accepted]
@@ -67,7 +71,8 @@ def check_rivals(last: CandidateScores, accepted: AcceptedEffect, same: Sequence
     possible = tuple(c for c in same if contradiction(rest, c) is None)
     alike = (c for c, gain in zip(candidates, gains, strict=True) if gain >= last.threshold and _is_larger(c, accepted))
     larger = tuple(c for c in alike if _contains(rest, c, accepted))
-    return RivalCheck(accepted, float(gains[candidates.index(accepted_candidate)]), tuple(rivals), possible, larger)
+    gain = float(gains[candidates.index(accepted_candidate)])
+    return RivalCheck(accepted, gain, tuple(rivals), possible, larger, friction)
 
 
 def _is_larger(other: Candidate, accepted: AcceptedEffect) -> bool:

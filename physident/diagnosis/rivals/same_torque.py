@@ -76,6 +76,37 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     return result
 
 
+def whole_friction(hypothesis: Hypothesis) -> dict[Key, float]:
+    """The accepted effects of one joint that are no friction, and make nearly a multiple of all the friction that the model has there, on
+    any motion; and that multiple. Where nearly all torque of a wrist is friction, a motor that gives less is more friction of every kind."""
+    problem, robot = hypothesis.problem, hypothesis.problem.model.robot
+    alone = {
+        i: one
+        for i, one in enumerate(hypothesis.accepted)
+        if len(one.candidate.joints) == 1
+        and one.effect.family is not Family.FRICTION
+        and len(one.effect.columns(robot)) == 1
+    }
+    if not alone:
+        return {}
+    signals, result = random_motion(problem), {}
+    effects = [*problem.model.effects, *(one.effect for one in alone.values())]
+    regressor = build_regressor(robot, effects, [signals], problem.filter, model=hypothesis.model)
+    owners = np.repeat([e.family is Family.FRICTION for e in effects], [len(e.columns(robot)) for e in effects])
+    theta = np.zeros(len(owners))
+    theta[: len(problem.model.theta)] = problem.model.theta * owners[: len(problem.model.theta)]
+    every, at = _stacked(regressor, hypothesis.fit.sigma), len(problem.model.theta)
+    friction, outside = (every @ theta).reshape(-1, robot.n), _outside(every, problem)
+    for i, one in alone.items():
+        j = one.candidate.joints[0] - 1
+        mine = (friction * (np.arange(robot.n) == j)).reshape(-1, 1)
+        torque = every[:, at] * hypothesis.effect_values[i][0]
+        if mine.any() and _makes(outside(mine), outside(torque), 1, robot.n):
+            result[one.candidate.key] = float(mine[:, 0] @ torque / (mine[:, 0] @ mine[:, 0]))
+        at += 1
+    return result
+
+
 def _of_this_level(hypothesis: Hypothesis, i: int) -> list[Candidate]:
     """Of accepted effect i, where it is friction of the model that builds up over a distance, the candidates of its joint with the
     same friction where it slides.
