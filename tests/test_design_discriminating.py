@@ -66,6 +66,18 @@ def test_what_is_told_apart_leaves_the_baseline(arm):
             rivals_of(arm, a, b, joint)
 
 
+def test_a_joint_on_which_one_of_the_two_shows_nothing_does_not_end_the_design(arm):
+    """The zero of a joint about the vertical, beside a link of a model that is held: of these nothing is fitted there."""
+    motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1)
+    noise = Noise(sigma=np.full(6, 0.2), worth=np.full(6, 2.0), filter=pid.Filter())
+    found = detectable_magnitudes(arm, rivals_of(arm, "joint_zero_offset", "link_inertia"), motion, noise)
+    zeros = {one.joint: one.magnitude for one in found if one.effect == "joint_zero_offset"}
+    assert zeros[1] == np.inf
+    assert 0 < zeros[2] < 0.1
+    links = [one.magnitude for one in found if one.effect == "link_inertia" and one.joint == 1]
+    assert 0 < min(links) < np.inf
+
+
 def test_a_change_of_a_link_shows_beside_a_model_that_is_held(arm):
     rivals = rivals_of(arm, "payload", "torque_constant", 2)
     assert rivals.model_fixed

@@ -38,7 +38,8 @@ class Baseline:
     def of(regressor: Regressor, weights: Array) -> Baseline:
         """The baseline of a regressor's columns, least squares with the given weights."""
         R, z, _ = regressor.compressed(weights)
-        independent = select_base(R, regressor.columns).independent
+        shown = bool(R.any())  # beside a fixed model the only columns are a rival's, which no motion may show
+        independent = select_base(R, regressor.columns).independent if shown else np.zeros(0, dtype=np.intp)
         factor = np.asarray(np.linalg.qr(np.column_stack([R[:, independent], z]), mode="r"))
         r = len(independent)
         theta = np.zeros(R.shape[1])
