@@ -273,14 +273,25 @@ def test_a_joint_that_errs_more_than_before_is_named_though_nothing_describes_it
     assert "No motion was repeated here" not in page.text
 
 
-def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("times", "means"),
+    [
+        (1.01, "distrust what has no more evidence: load-dependent friction on joint 2"),
+        (0.99, "all that was found has more"),
+    ],
+)
+def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(
+    folder: Path, times: float, means: str
+) -> None:
+    """It casts doubt on what has no more evidence, and on nothing else."""
+
     def doubtful(data: dict[str, Any]) -> None:
-        data["placebos"][0].update(gain=99.0, passed=True)
+        data["placebos"][0].update(gain=times * data["findings"][0]["evidence"], passed=True)
         data["findings"][0]["rivals"] = [{"effect": "torque_constant", "joints": [2]}]
 
     page = page_of(folder, doubtful)
     (head,) = page.all("header")
-    assert "Do not trust this diagnosis" in head.text
+    assert means in head.text
     assert "Finding 1 could have another cause" in head.text
     assert "It could also be torque constant on joint 2." in page.all("article")[0].text
     assert "To separate load-dependent friction on joint 2 from torque constant on joint 2" in page.text

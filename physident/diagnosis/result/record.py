@@ -116,6 +116,18 @@ class DiagnosisRecord:
         return tuple(f for f in self.findings if f.grade == "cause")
 
     @property
+    def passed(self) -> tuple[Placebo, ...]:
+        """The placebos that exceed the threshold, which they must not, the best first."""
+        return tuple(sorted((p for p in self.placebos if p.passed), key=lambda p: -p.gain))
+
+    @property
+    def no_more_than_placebos(self) -> tuple[Finding, ...]:
+        """The findings with no more evidence, on each of their joints, than a placebo that passed."""
+        best = max((p.gain for p in self.passed), default=0.0)
+        told = (f for f in self.findings if f.grade != "hint")
+        return tuple(f for f in told if f.evidence <= best * max(len(f.joints), 1))
+
+    @property
     def cause_alone(self) -> bool:
         """Whether the extended model carries causes, and none of the contributions beside them."""
         if self.extended is None:

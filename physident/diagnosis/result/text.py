@@ -15,6 +15,7 @@ from physident.diagnosis.result.wording import (
     incomplete_words,
     one_of,
     parts_of,
+    placebos_in_words,
     searches_in_words,
     sense_in_words,
     wrong_baseline_sentence,
@@ -273,13 +274,12 @@ def _times(r: Unexplained) -> str:
 
 
 def _checks(d: DiagnosisRecord) -> list[str]:
-    passed = [p for p in d.placebos if p.passed]
     rows = []
     if d.placebos:
         top = max(d.placebos, key=lambda p: p.gain)
         rows.append(
-            f"placebos: {len(passed)} of {len(d.placebos)} exceed the threshold (best {top.gain:.1f}, threshold {top.threshold:.1f})"
-            + ("; distrust this diagnosis" if passed else "")
+            f"placebos: {len(d.passed)} of {len(d.placebos)} exceed the threshold (best {top.gain:.1f}, threshold {top.threshold:.1f})"
+            + (f"; {placebos_in_words(d.findings, d.no_more_than_placebos)}" if d.passed else "")
         )
     for reason in dict.fromkeys(u.reason for u in d.unseen):
         cells: dict[str, list[int]] = {}

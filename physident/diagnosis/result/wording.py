@@ -180,6 +180,13 @@ def grown_in_words(grown: Sequence[Unexplained]) -> str:
     return f"{listed(texts)} as much as on the model's own recordings"
 
 
+def placebos_in_words(findings: Sequence[Finding], weak: Sequence[Finding]) -> str:
+    """What it means for ``findings``, of which some are ``weak``, that a column that cannot be a cause passed as one."""
+    if weak:
+        return f"distrust what has no more evidence: {_few([cause(f.effect, f.joints) for f in weak])}"
+    return "all that was found has more evidence" if findings else "nothing was found beside it"
+
+
 def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
     found = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in findings if not f.intervals]

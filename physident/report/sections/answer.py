@@ -14,6 +14,7 @@ from physident.diagnosis.result.wording import (
     incomplete_words,
     listed,
     parts_of,
+    placebos_in_words,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
@@ -108,10 +109,11 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
     """Warnings that belong before the answer."""
     unseen = [wrong_unseen_sentence(c.wrong_unseen)] if c.wrong_unseen else []
     warnings = [f"{text[0].upper()}{text[1:]}." for text in (*c.warnings, *unseen)]
-    if passed := [p for p in c.placebos if p.passed]:
+    if c.passed:
+        means = placebos_in_words(c.findings, c.no_more_than_placebos)
         warnings.append(
-            f"{len(passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, were accepted too."
-            " Do not trust this diagnosis."
+            f"{len(c.passed)} of {len(c.placebos)} placebos, which are columns that cannot be a cause, exceed the threshold, too:"
+            f" {means}."
         )
     if c.wrong_baseline:
         warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
