@@ -19,11 +19,13 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
+from physident.estimation.dry_friction.row_weights import CREEP
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.recordings.signals import Signals
 
+TURNED_AT_CREEP = 0.4  # of a creep: tanh of its inverse is 99 per cent
 AGAIN = 2  # searches more, at most: speeds that still change differ by what no row shows
 
 
@@ -82,6 +84,10 @@ def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
 
 
 def _widest(model: Model) -> NDArray[np.float64]:
-    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns."""
+    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, at most. Where it builds up over a distance, too, its sign has turned
+    at a creep: a wider turn calls the rows uncertain that alone tell the two apart."""
     widths = [own for effect in model.effects if (own := effect.transition(model.robot)) is not None]
-    return np.max([np.zeros(model.robot.n), *widths], axis=0)
+    bristled = [j for e in model.effects if e.dry and not e.pointwise for j in e.active(model.robot)]
+    widest = np.max([np.zeros(model.robot.n), *widths], axis=0)
+    widest[bristled] = np.minimum(widest, TURNED_AT_CREEP * CREEP * model.robot.radian)[bristled]
+    return widest
