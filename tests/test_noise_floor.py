@@ -13,8 +13,8 @@ from physident.diagnosis.statistics.noise_floor import noise_floor
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.estimation.identify import prepare_all
-from tests.made_once import made_once
-from tests.plant import Arm, Sensors, multisine
+from tests.made_once import STEP, made_once
+from tests.plant import Arm, Sensors, multisine, record
 
 FILTER = pid.Filter(5.0)
 
@@ -44,6 +44,18 @@ def test_a_motion_made_twice_shows_the_instruments_noise_through_the_filter(fold
     sensors = Sensors()
     through = np.array(sensors.torque_noise) * np.linalg.norm(FILTER.taps(sensors.rate))
     np.testing.assert_allclose(found, through, rtol=0.12)  # 400 rows, every second one independent
+
+
+@pytest.mark.parametrize("rate", [125.6, 250.0])
+def test_a_clock_of_another_rate_shows_the_same_noise(folder: Path, rate: float) -> None:
+    """Of a clock that jitters, the step in the middle is another one in each recording."""
+    sensors = Sensors(rate=rate)
+    record(Arm(), multisine(5), sensors, 2, step=STEP).write_csv(folder / "other.csv")
+    found = floor([taken(folder, 5, 1), pid.load_recording(folder / "other.csv")])
+    assert found is not None
+    noise = [np.linalg.norm(FILTER.taps(one.rate)) for one in (Sensors(), sensors)]
+    through = np.array(sensors.torque_noise) * np.linalg.norm(noise) / np.sqrt(2)
+    np.testing.assert_allclose(found, through, rtol=0.12)
 
 
 def test_rows_that_are_not_counted_are_no_noise(folder: Path) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.repeated.same_motion import lag_of_repeat
+from physident.diagnosis.repeated.same_motion import lag_of_repeat, refined_lag
 from physident.dynamics.regressor import Regressor
 from physident.excitation.motion.recorded import SHORTEST_REPEAT
 from physident.recordings.signals import Signals
@@ -47,8 +47,9 @@ def _repeated(
     from scipy.interpolate import CubicSpline
 
     one, other = signals[i], signals[k]
-    if abs(one.rate / other.rate - 1) > 1e-3 or (lag := lag_of_repeat(one, other)) is None:
+    if (lag := lag_of_repeat(one, other)) is None:
         return None
+    lag = refined_lag(one, other, lag)
     first_rows, second_rows = regressor.recording == i, regressor.recording == k
     # a row that is not counted on some joint, as where an effect remembers what was not recorded, has no torque there
     first_rows, second_rows = (rows & regressor.counted.all(axis=1) for rows in (first_rows, second_rows))
