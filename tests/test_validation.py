@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import physident as pid
 from physident.recordings.channels import Channels
 from physident.recordings.recording import recording_from_rows
+from tests.serial_arms import ARMS, urdf
 from tests.test_identify import _recording
+from tests.test_turning_speeds import slipping
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +65,13 @@ def test_models_with_other_filters_are_not_compared(ur5: pid.Robot, estimate: pi
     other = pid.identify(ur5, [_recording(ur5, 1, 0.3)], filter=pid.Filter(3.0))
     with pytest.raises(pid.InputError, match="expected one filter"):
         pid.compare(estimate, other, on=[_recording(ur5, 2)])
+
+
+def test_identify_says_what_validate_says_of_the_same_recordings(tmp_path: Path) -> None:
+    """Rows near a reversal, where the sign of friction is uncertain, count for less in the fit; the error is of all rows."""
+    (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
+    runs = [slipping(seed) for seed in (1, 2)]
+    estimate = pid.identify(tmp_path / "two.urdf", runs)
+    score = pid.validate(estimate, runs, include_fitted=True)
+    np.testing.assert_allclose(estimate.relative, score.relative_all, rtol=1e-6)
+    assert score.rms[0] > 1.5 * estimate.sigma[0]  # friction that builds up errs most where its sign is uncertain

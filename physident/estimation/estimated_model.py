@@ -38,7 +38,7 @@ class EstimatedModel:
     """An identified model and its uncertainty.
 
     ``covariance`` (r, r) of the base parameters, valid for autocorrelated residuals, from a jackknife over ``blocks``
-    blocks; ``sigma`` (n,) [N m|N] and ``relative`` (n,) [%] residual of each joint on the fitted recordings;
+    blocks; ``sigma`` (n,) [N m|N] and ``relative`` (n,) [%] of all fitted rows, as ``validate`` scores them;
     ``effective_samples`` (n,) number of independent samples they are worth; ``information`` (r, r) about the base parameters in
     the fitted rows at that worth, where it is known. ``filter``, ``layout`` (the columns of the
     recordings' files) and ``drive_gains`` are the defaults for other recordings.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.held_rests import hold_rests, same_sides, settle_rests, with_dry_columns
+from physident.estimation.dry_friction.rest import rest_rows
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimated_model import Source
@@ -44,7 +46,7 @@ def fit_with_rests(
 ) -> tuple[Estimate, Regressor, Sequence[Signals]]:
     """The estimate of a regressor whose rests are held where friction is exhausted, with the weighted rows and the signals of that;
     ordinary least squares takes all rows alike."""
-    plain = isinstance(estimator, OLS)
+    plain, asked = isinstance(estimator, OLS), (regressor, signals)
     if not plain:
         signals, regressor = settle_rests(robot, effects, regressor, signals, filter)
 
@@ -62,7 +64,19 @@ def fit_with_rests(
         if same_sides(signals, held):
             break
         signals, regressor = held, with_dry_columns(estimate.model, regressor, held, filter)
-    return estimate, rows, signals
+    return replace(estimate, relative=_of_all_rows(estimate.model, *asked, filter)), rows, signals
+
+
+def _of_all_rows(model: Model, regressor: Regressor, signals: Sequence[Signals], filter: Filter) -> Array:
+    """What the model leaves (n,) [%] of all rows, the mean over the recordings, as ``validate`` scores it: rows of an uncertain sign count for
+    less when parameters are fitted, and not when a model is judged."""
+    left = regressor.residual(model.theta) - rest_rows(model, signals, filter).friction * regressor.counted
+    shares = []
+    for index in range(len(signals)):
+        rows = slice(*np.searchsorted(regressor.recording, (index, index + 1)))
+        size = np.sqrt(squares(regressor.torque[rows]))
+        shares.append(100 * np.sqrt(squares(left[rows])) / np.where(size > 0, size, 1.0))
+    return np.mean(shares, axis=0)
 
 
 def estimate_from(
