@@ -98,10 +98,9 @@ def resume_session(
         warn(f"{lost}: not recorded, so what this was to settle may stay open")
     before = session.diagnosis
     gains = None if before is None else before.drive_gains
+    recordings = {name: one.with_default_drive_gains(gains) for name, one in recordings.items()}
     held_out = [leg.name for leg in session.legs if leg.role == "holdout" and leg.name in recordings]
-    new, holdout = (
-        [recordings[name].with_default_drive_gains(gains) for name in names] for names in (fitted, held_out)
-    )
+    new, holdout = ([recordings[name] for name in names] for names in (fitted, held_out))
     repeats = [leg.name for leg in session.legs if leg.name.endswith("_again")]
     if session.diagnosis is None and repeats:
         warn(

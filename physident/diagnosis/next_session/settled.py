@@ -121,8 +121,11 @@ def _of_missing(question: SavedExpectation, found: Diagnosis) -> Answer:
             question=question, settled=enough, text="not found any more" if enough else "not found, and hardly shown"
         )
     rival = _finding(found, question.rival, question.rival_joints) if question.rival else None
-    if rival is not None:
+    if rival is not None and rival.grade == "cause":
         return Answer(question=question, settled=True, text=_is(rival))
+    if rival is not None:  # a little of what neither is; it stands for it no more than the other did
+        text = f"with all recordings neither is a cause, and {cause(rival.effect, rival.joints)} is a {rival.grade}"
+        return Answer(question=question, settled=False, text=text)
     return Answer(question=question, settled=False, text="with all recordings, nothing of the kind is found")
 
 
