@@ -97,6 +97,10 @@ def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diag
     told = " ".join(repr(replace(diagnosis, question="different", verdict="unexplained", unexplained=beside)).split())
     assert "prove; but joint 1 errs 5 times as much as on the model's own recordings" in told
     assert "joint 2 errs" not in told
+    assert "times what the model leaves" not in told
+    healthy = beside_own(both, np.array([1.0, 0.8]), np.ones((4, 2)))
+    told = " ".join(repr(replace(diagnosis, question="different", verdict="unexplained", unexplained=healthy)).split())
+    assert "unseen data. It is 1 to 1.2 times what the model leaves on its own recordings" in told
 
 
 def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:

@@ -97,7 +97,7 @@ def test_diagnosis_file() -> None:
             assert low < value["change"] < high
     for one in again["unexplained"]:
         assert one.pop("predictable") is None
-        assert one.pop("burst") is None
+        assert one.pop("bursts") == []
         assert one.pop("times_own") is None
     for one in again["recordings"]:
         assert one.pop("repeats") is None

@@ -1,9 +1,9 @@
-"""The short time that holds much of a residual: something happened then, whatever the joint's state was."""
+"""The times that hold much of a residual: something happened then, whatever the joint's state was."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from physident.effects.contact import PIECE
 
 Array = NDArray[np.float64]
-SHORT = 0.1  # of all rows, at most
-LONGEST = 20  # half seconds: what lasts longer in a recording of an hour is no moment
-MUCH = 1 / 3  # of the power, at least
+LONGEST = 60  # half seconds: what lasts longer in a recording of an hour is no moment
+WITHIN = 0.5  # of the rows of its recording, at most: what is large for longer is that recording, and no moment of it
+MUCH = 1 / 3  # of the power, at least, all together
+PART = 0.1  # of the power, at least, each
+MOST = 4  # times that are told
 MOSTLY = 0.5  # of a burst
+CALM = 2.0  # times the power of the rest of a recording, at most
 CERTAIN = 0.01  # how often noise of one size has a burst somewhere
 
 
@@ -30,68 +33,119 @@ class Burst:
     of_time: float
     at_rest: bool = False
 
-    def __str__(self) -> str:
-        when = f"between {self.start:.1f} and {self.end:.1f} s of {self.recording}"
-        why = (
-            "the joint stood or crept then, and what holds it is friction of any size up to its level"
-            if self.at_rest
-            else "see what happened then"
-        )
-        return f"{100 * self.share:.0f} % of it lies {when}, in {100 * self.of_time:.0f} % of the time: {why}"
+
+def bursts_in_words(bursts: Sequence[Burst]) -> str:
+    """When most of a residual is found; empty where it has no such time."""
+    if not bursts:
+        return ""
+    by_recording: dict[str, list[str]] = {}
+    for one in sorted(bursts, key=lambda one: (one.recording, one.start)):
+        by_recording.setdefault(one.recording, []).append(f"{one.start:.1f} and {one.end:.1f} s")
+    when = ", and ".join(f"between {' and between '.join(times)} of {name}" for name, times in by_recording.items())
+    resting = all(one.at_rest for one in bursts)
+    why = (
+        "the joint stood or crept then, and what holds it is friction of any size up to its level"
+        if resting
+        else "see what happened then"
+    )
+    share, of_time = (100 * sum(values) for values in zip(*((b.share, b.of_time) for b in bursts), strict=True))
+    return f"{share:.0f} % of it lies {when}, in {of_time:.0f} % of the time: {why}"
 
 
-def burst_of(
+def bursts_of(
     residual: Array,
     time: Array,
     recording: NDArray[np.intp],
     names: Sequence[str],
     worth: float,
     resting: NDArray[np.bool_] | None = None,
-) -> Burst | None:
-    """The burst of a residual (M,), if it has one: a tenth of the time, and ten seconds, at most that hold a third of the power at least.
+) -> tuple[Burst, ...]:
+    """The bursts of a residual (M,), the largest first: half a minute at most each, that hold a third of the power together at least.
 
     ``time`` (M,) [s] since each row's recording began, whose place among the ``names`` is ``recording`` (M,); ``worth``: how many independent
-    samples the rows are; ``resting`` (M,): where the joint stands or creeps. Of all runs of half seconds the one is taken whose own variance is the most likely beside that of all other rows;
+    samples the rows are; ``resting`` (M,): where the joint stands or creeps. Of all runs of half seconds the one is taken whose own variance
+    is the most likely beside that of the other rows of its recording, and then again among the rows that are left;
     noise of one size would make it once in a hundred times (F test, Bonferroni over as many runs of its length as there is room for).
     """
+    total, each = max(float(residual @ residual), 1e-300), worth / len(residual)
+    left, result = np.ones(len(residual), dtype=bool), list[Burst]()
+    while len(result) < MOST:
+        found = [_likeliest(residual, time, left & (recording == k), each) for k in np.unique(recording)]
+        likely = [one for one in found if one is not None]
+        if not likely:
+            break
+        _, rows = max(likely, key=lambda one: one[0])
+        share = float(residual[rows] @ residual[rows]) / total
+        if share < PART or not _is_certain(
+            residual, rows, np.flatnonzero(left & ~np.isin(recording, recording[rows[:1]])), each
+        ):
+            break
+        start, end = (PIECE * np.floor(time[rows[at]] / PIECE) for at in (0, -1))
+        result.append(
+            Burst(
+                recording=names[int(recording[rows[0]])],
+                start=float(start),
+                end=float(min(end + PIECE, time[recording == recording[rows[0]]][-1])),
+                share=share,
+                of_time=len(rows) / len(residual),
+                at_rest=resting is not None and bool(resting[rows].mean() > MOSTLY),
+            )
+        )
+        left[rows] = False
+    if sum(one.share for one in result) < MUCH:
+        return ()
+    return tuple(sorted(result, key=lambda one: -one.share))
+
+
+def _is_certain(residual: Array, rows: NDArray[np.intp], others: NDArray[np.intp], each: float) -> bool:
+    """Whether some rows have a larger variance than others, if there are any, as noise of one size has once in a hundred times."""
     from scipy.stats import f
 
-    found = [
-        one
-        for index in np.unique(recording)
-        if (one := _likeliest(residual, time, np.flatnonzero(recording == index), names[int(index)])) is not None
-    ]
-    if not found:
-        return None
-    _, best = max(found, key=lambda one: one[0])
-    ratio = best.share / best.of_time * (1 - best.of_time) / max(1 - best.share, 1e-12)
-    chance = float(f.sf(ratio, max(best.of_time * worth, 1.0), max((1 - best.of_time) * worth, 1.0)))
-    if best.share < MUCH or chance / best.of_time >= CERTAIN:
-        return None
-    of_it = (recording == names.index(best.recording)) & (time >= best.start) & (time <= best.end)
-    return replace(best, at_rest=resting is not None and bool(resting[of_it].mean() > MOSTLY))
+    if not len(others):
+        return True
+    ratio = np.mean(residual[rows] ** 2) / max(float(np.mean(residual[others] ** 2)), 1e-300)
+    chance = float(f.sf(ratio, max(len(rows) * each, 1.0), max(len(others) * each, 1.0)))
+    return chance * (len(rows) + len(others)) / len(rows) < CERTAIN
 
 
-def _likeliest(residual: Array, time: Array, rows: NDArray[np.intp], name: str) -> tuple[float, Burst] | None:
-    """The run of half seconds in a recording's ``rows`` whose variance is the most likely to be another, larger one, and how likely it is:
-    the logarithm of the likelihood of two variances over that of one, a row's share of it."""
-    total, best = max(float(residual @ residual), 1e-300), None
+def _likeliest(
+    residual: Array, time: Array, some: NDArray[np.bool_], each: float
+) -> tuple[float, NDArray[np.intp]] | None:
+    """Of the run of half seconds among ``some`` rows of a recording whose variance is the most likely to be another, larger one than that of the
+    rest: how likely it is, the logarithm of the likelihood of two variances over that of one; and its rows. None where none is certain."""
+    rows = np.flatnonzero(some)
     bins = (time[rows] / PIECE).astype(np.intp)
-    parts, powers = (
+    power = residual[rows] ** 2
+    if len(rows) < 2 or not power.any():
+        return None
+    counts, powers = (
         np.concatenate([[0.0], np.cumsum(np.bincount(bins, weights))])
-        for weights in (np.full(len(rows), 1 / len(residual)), residual[rows] ** 2 / total)
+        for weights in (np.full(len(rows), 1 / len(rows)), power / power.sum())
     )
-    for length in range(1, min(LONGEST + 1, len(parts))):
-        p, s = parts[length:] - parts[:-length], np.minimum(powers[length:] - powers[:-length], 1 - 1e-12)
-        larger = (p > 0) & (p <= SHORT) & (s > p)
+    best: tuple[float, NDArray[np.intp]] | None = None
+    for length in range(1, min(LONGEST + 1, len(counts))):
+        p, s = counts[length:] - counts[:-length], np.minimum(powers[length:] - powers[:-length], 1 - 1e-12)
+        larger = (p > 0) & (p <= WITHIN) & (s > p)
         p, s, places = p[larger], s[larger], np.flatnonzero(larger)
-        likely = -p * np.log(s / p) - (1 - p) * np.log((1 - s) / (1 - p))
+        likely = len(rows) * (-p * np.log(s / p) - (1 - p) * np.log((1 - s) / (1 - p)))
         if len(likely) and (best is None or likely.max() > best[0]):
-            at = int(np.argmax(likely))
-            start = PIECE * float(places[at])
-            end = min(start + PIECE * length, float(time[rows[-1]]))
-            best = (
-                float(likely[at]),
-                Burst(recording=name, start=start, end=end, share=float(s[at]), of_time=float(p[at])),
-            )
-    return best
+            at = int(places[np.argmax(likely)])
+            best = float(likely.max()), rows[(bins >= at) & (bins < at + length)]
+    if best is None or not _is_certain(residual, best[1], np.setdiff1d(rows, best[1]), each):
+        return None
+    return best[0], _between_calms(residual, time, best[1], np.setdiff1d(rows, best[1]))
+
+
+def _between_calms(residual: Array, time: Array, rows: NDArray[np.intp], others: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Of a run of rows the part of the most power between two times that are as calm as the ``others``: two pushes are no long one."""
+    calm = CALM * float(np.mean(residual[others] ** 2))
+    bins = (time[rows] / PIECE).astype(np.intp)
+    bins -= bins[0]
+    count = np.bincount(bins)
+    quiet = np.bincount(bins, residual[rows] ** 2) <= calm * count
+    long = np.flatnonzero(quiet[1:] & quiet[:-1])  # two half seconds at least
+    quiet[:] = False
+    quiet[long], quiet[long + 1] = True, True
+    part = np.cumsum(quiet)[bins]
+    powers = np.bincount(part, np.where(quiet[bins], 0.0, residual[rows] ** 2))
+    return rows[(part == np.argmax(powers)) & ~quiet[bins]]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.folds import MEMORIES
-from physident.diagnosis.remainder.burst import Burst, burst_of
+from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_of
 from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
@@ -34,7 +34,7 @@ class Unexplained:
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
-    twice; ``burst``: the short time that holds much of it, None where there is none; ``times_own``: how many times what the model leaves
+    twice; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
     of its own recordings, None where that is not asked."""
 
     joint: int
@@ -51,7 +51,7 @@ class Unexplained:
     order: float
     order_share: float
     predictable: float | None = None
-    burst: Burst | None = None
+    bursts: tuple[Burst, ...] = ()
     times_own: float | None = None
 
     @property
@@ -78,11 +78,11 @@ class Unexplained:
             else "no dependence on velocity, position, load or time"
         )
         bound = (
-            f"; at most {100 * self.predictable:.0f} % of it is any function of the joint's position, velocity, acceleration and load"
+            f"; at most {100 * max(self.predictable, shares[name]):.0f} % of it is any function of the joint's position, velocity, acceleration and load"
             if self.predictable is not None
             else ""
         )
-        moment = "" if self.burst is None else f"; {self.burst}"
+        moment = f"; {bursts_in_words(self.bursts)}" if self.bursts else ""
         return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{moment}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -146,7 +146,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 order=float(orders[top]),
                 order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
                 predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
-                burst=burst_of(r, since, regressor.recording, names, worth, creeping[:, j]),
+                bursts=bursts_of(r, since, regressor.recording, names, worth, creeping[:, j]),
             )
         )
     return tuple(result)

@@ -14,7 +14,14 @@ from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_f
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
-from physident.diagnosis.result.wording import Asked, grown_sentence, headline, remainder_sentence
+from physident.diagnosis.result.wording import (
+    Asked,
+    as_before_sentence,
+    grown_sentence,
+    headline,
+    parts_of,
+    remainder_sentence,
+)
 from physident.dynamics.model import Model
 from physident.files import VERSION
 from physident.recordings.signals import Filter
@@ -108,7 +115,10 @@ class DiagnosisRecord:
     @property
     def remainder(self) -> str:
         """What is left beside what was found, in one sentence."""
-        return remainder_sentence(self.verdict, self.findings, bool(self.missing_since_before), self.compared)
+        said = remainder_sentence(self.verdict, self.findings, bool(self.missing_since_before), self.compared)
+        own = [one.times_own for one in self.structured if one.times_own is not None]
+        as_before = self.verdict == "unexplained" and own and not self.grown and not parts_of(self.findings)
+        return f"{said} {as_before_sentence(own)}" if as_before else said
 
     @property
     def causes(self) -> tuple[Finding, ...]:

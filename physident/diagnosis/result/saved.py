@@ -97,9 +97,15 @@ def _findings(data: Any, where: str) -> tuple[Finding, ...]:
 
 
 def _unexplained(data: Any) -> Any:
-    """What stays unexplained; a file from before there was a bound on what a function of state can take has none."""
-    plain = isinstance(data, list) and all(isinstance(one, dict) for one in data)
-    return [{"predictable": None, "burst": None, "times_own": None, **one} for one in data] if plain else data
+    """What stays unexplained; a file from before there was a bound on what a function of state can take has none, and one from before several
+    times were told has one or none."""
+    if not (isinstance(data, list) and all(isinstance(one, dict) for one in data)):
+        return data
+    told = ([one["burst"]] if one.get("burst") else [] for one in data)
+    return [
+        {"predictable": None, "bursts": bursts, "times_own": None, **one}
+        for one, bursts in zip(data, told, strict=True)
+    ]
 
 
 def _used(data: Any) -> Any:

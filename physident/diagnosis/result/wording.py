@@ -174,6 +174,12 @@ def grown_sentence(grown: Sequence[Unexplained]) -> str:
     return f"{words[0].upper()}{words[1:]}, and nothing that was found describes it."
 
 
+def as_before_sentence(times_own: Sequence[float]) -> str:
+    """How large what is left is beside what a model leaves on its own recordings."""
+    low, high = (f"{one(times_own):.2g}" for one in (min, max))
+    return f"It is {low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings."
+
+
 def grown_in_words(grown: Sequence[Unexplained]) -> str:
     """Joints and by how many times they err more than on the model's own recordings."""
     texts = [f"joint {one.joint} errs {one.times_own or 0:.2g} times" for one in grown]
