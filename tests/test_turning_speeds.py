@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -136,3 +137,6 @@ def test_beside_friction_that_builds_up_the_sign_turns_at_once(tmp_path: Path) -
     }
     assert answer.estimate is not None
     assert pid.validate(answer.estimate, [unseen]).rms[0] < 0.045  # 0.052 with a turn of 0.032 rad/s
+    (bristles,) = (one for one in answer.causes if one.effect == "presliding_hysteresis")
+    (told,) = re.findall(r"With the other dry friction of joint 1 it is ([\d.]+) N m", bristles.in_words)
+    assert float(told) == pytest.approx(5.2, rel=0.02)  # what all sliders hold at speed

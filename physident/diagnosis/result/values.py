@@ -14,12 +14,14 @@ from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.learned.curve import LearnedCurve
 from physident.robots.robot import Robot
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
 UNFELT = 0.99  # of a prior variance: what is left of it where the data say nothing
+SLIDING = 1.0  # rad/s: what builds up over a distance, and what falls with speed, has done so
 FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
 
 
@@ -78,10 +80,24 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
             places, known = hypothesis.extension.places[at], hypothesis.problem.model.theta
             before = np.array([known[k] if k < len(known) else 0.0 for k in places])
             sentences.append(one.effect.change_in_words(model.robot, model.theta[places], before))
+            if one.effect.dry and not one.effect.pointwise:
+                sentences += [_all_dry_friction(model, j) for j in one.effect.active(model.robot)]
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
     return " ".join(filter(None, sentences))
+
+
+def _all_dry_friction(model: Model, joint: int) -> str:
+    """How much dry friction a joint (from 0) has where friction that builds up over a distance is a part of it; empty where it is all."""
+    speed, parts = np.full(model.robot.n, SLIDING) * model.robot.radian, []
+    for effect, theta in model.effect_parameters():
+        if effect.dry:
+            mine = np.array([column.joint == joint + 1 for column in effect.columns(model.robot)])
+            parts.append(float((theta * mine) @ effect.friction(model.robot, speed)[:, joint]))
+    if np.count_nonzero(parts) < 2:
+        return ""
+    return f"With the other dry friction of joint {joint + 1} it is {sum(parts):.3g} {model.robot.joints[joint].unit('N m')}."
 
 
 def _unfelt(hypothesis: Hypothesis, at: int) -> NDArray[np.bool_]:
