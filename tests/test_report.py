@@ -261,7 +261,8 @@ def test_a_joint_that_errs_more_than_before_is_named_though_nothing_describes_it
     def grown(data: dict[str, Any]) -> None:
         data.update(findings=[], extended_model=None, verdict="unexplained", question="different")
         slow = data["unexplained"][1]
-        slow.update(memory=100 * slow["white_memory"], times_own=6.5)
+        burst = {"recording": "one.csv", "start": 3.0, "end": 5.0, "share": 0.9, "of_time": 0.1, "at_rest": False}
+        slow.update(memory=100 * slow["white_memory"], times_own=6.5, bursts=[burst])
         for one in data["unexplained"]:
             one.setdefault("times_own", 1.0)
         data["score"]["noise_floor"] = None
@@ -269,7 +270,8 @@ def test_a_joint_that_errs_more_than_before_is_named_though_nothing_describes_it
 
     page = page_of(folder, grown)
     assert "Joint 2 errs 6.5 times as much as on the model's own recordings" in page.all("h1")[0].text
-    assert "Look at joint 2" in page.all("header")[0].text
+    assert "Look at joint 2 at the times that stand under “What could not be seen”." in page.all("header")[0].text
+    assert "90 % of it lies between 3.0 and 5.0 s of one.csv" in page.text
     assert "No motion was repeated here" not in page.text
 
 

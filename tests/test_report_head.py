@@ -114,3 +114,10 @@ def test_every_verdict_without_a_cause_says_what_to_do(folder: Path, tmp_path: P
     assert WITHOUT_CAUSE["unexplained"] in head.text
     assert "not certain enough to be added to the model" in head.text
     assert not [bars for bars in shown.all("div", "bars") if len(bars.all("i")) != 1]  # there is no extended model
+
+
+def test_what_is_plain_friction_by_another_name_asks_for_no_more() -> None:
+    assert practice("presliding_hysteresis", ["coulomb_friction"]) == practice("coulomb_friction")
+    assert (
+        practice("torque_constant", ["coulomb_friction"]) == practice("torque_constant") != practice("coulomb_friction")
+    )

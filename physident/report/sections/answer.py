@@ -51,15 +51,22 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
     """One sentence for each cause, or for the verdict where there is none: what it means, and what to do."""
     if c.grown:
         joints = f"joint{'s' if len(c.grown) > 1 else ''} {listed([one.joint for one in c.grown])}"
-        text = f"Look at {joints}, and at whether this motion goes where none of the model's own recordings has been."
-        return [tag("p", text, class_="practice")]
+        when = " at the times that stand under “What could not be seen”" if any(one.bursts for one in c.grown) else ""
+        far = (
+            "" if c.compared else ", and at whether this motion goes where none of the model's own recordings has been"
+        )
+        return [tag("p", f"Look at {joints}{when}{far}.", class_="practice")]
     if not c.causes:
         if c.verdict == "nothing_missing" and c.question == "different":
             return [tag("p", UNCHANGED, OLD if c.missing_since_before else "", class_="practice")]
         partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
         return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
     items = [
-        tag("li", tag("strong", f"{name[0].upper()}{name[1:]}. "), practice(f.effect))
+        tag(
+            "li",
+            tag("strong", f"{name[0].upper()}{name[1:]}. "),
+            practice(f.effect, [r.effect for r in f.rivals if r.inseparable]),
+        )
         for f in c.causes
         if (name := cause(f.effect, f.joints))
     ]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Family
 
+PLAIN = "coulomb_friction"
 UNCHANGED = "Nothing that these recordings show has changed on the arm: nothing needs to be done."
 OLD = " What the model lacks, it lacked before: ask what is missing from it, with its own recordings."
 WITHOUT_CAUSE = {
@@ -65,6 +68,9 @@ FAMILIES = {
 LEARNED = "No known law explains this torque, so its curve was learned: use it in the model, and look at the joint for the reason."
 
 
-def practice(effect: str) -> str:
-    """What an effect means and what to do, in one sentence; that of its family where it has none of its own."""
+def practice(effect: str, inseparable: Sequence[str] = ()) -> str:
+    """What an effect means and what to do, in one sentence; that of its family where it has none of its own. Where no motion tells friction of
+    one kind from plain ``inseparable`` friction, there is no more to do than for the plain one."""
+    if CATALOGUE[effect].family is Family.FRICTION and PLAIN in inseparable:
+        effect = PLAIN
     return EFFECTS.get(effect) or FAMILIES.get(CATALOGUE[effect].family, LEARNED)
