@@ -122,3 +122,18 @@ def test_a_contribution_has_its_value_and_what_it_may_also_be(diagnosis: pid.Dia
     )  # fmt: skip
     (row,) = [row for row in sentences(replace(diagnosis, findings=(found,))) if row.startswith("contribution")]
     assert "torque_constant (joint 5) or viscous_friction (joint 5): 0.018 [0.016, 0.02], 10.0 % less RMS" in row
+
+
+@pytest.mark.parametrize(("count", "says"), [(1, "but not how large it is"), (2, "none of its single values is")])
+def test_a_cause_whose_values_may_all_be_zero_says_what_that_means(
+    diagnosis: pid.Diagnosis, count: int, says: str
+) -> None:
+    open_ones = tuple(
+        ParameterValue(name=f"v{k}", joint=5, value=0.01, change=0.01, std=0.01, interval95=(-0.01, 0.03), unit="1")
+        for k in range(count)
+    )
+    found = Finding(
+        effect="joint_zero_offset", joints=(5,), parameters=open_ones, rivals=(), intervals=(), advice="", evidence=9.0,
+        gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), grade="cause",
+    )  # fmt: skip
+    assert f"the effect is significant, {says}: " in " ".join(repr(replace(diagnosis, findings=(found,))).split())

@@ -219,7 +219,8 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
         rows[-1] += f", and {len(f.parameters) - len(shown)} more"
     open_ones = [v for v in shown if v.interval95[0] < 0 < v.interval95[1] and v.change == v.value]
     if open_ones and len(open_ones) == len(shown):
-        rows.append("   the effect is significant, none of its single values is: every interval includes zero")
+        open_words = ("none of its single values is: every interval", "but not how large it is: the interval")
+        rows.append(f"   the effect is significant, {open_words[len(shown) == 1]} includes zero")
     elif open_ones:
         rows.append("   the effect is significant as a whole; a value whose interval includes zero may be zero")
     if f.intervals:
