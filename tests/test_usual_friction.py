@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.repeated.usual_friction import UsualFriction
+from physident.diagnosis.problem.columns import Columns
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.repeated.usual_friction import UsualFriction, friction_values
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.diagnosis.search.hypothesis import AcceptedEffect, state_hypothesis
+from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.estimation.identify import prepare_all
 from tests.serial_arms import ARMS, swung, urdf
 
@@ -97,3 +103,27 @@ def test_where_healthy_recordings_agree_a_small_change_is_a_cause(robot: pid.Rob
         healthy(robot, tmp_path, 0.0), [recorded(0, 31, np.array([1.0, 1.06])), recorded(1, 32, np.array([1.0, 1.06]))]
     )
     assert {one.joints for one in answer.causes} == {(2,)}  # its dry friction, and its drag
+
+
+def test_a_value_is_as_uncertain_as_the_friction_of_the_day_moves_it(robot: pid.Robot, model: pid.Estimate) -> None:
+    """Against the same fit to recordings whose friction is larger by a standard deviation."""
+    now = recorded(0, 41, np.ones(2))
+    signals = prepare_all(robot, [now], model.filter)
+    problem = state_problem("different", model, signals, model.filter, 0)
+    (gain,) = (c for c in problem.candidates if c.key == ("torque_constant", (1,)))
+    effect = gain.options[0].effect
+    assert effect is not None
+    state = settled_hypothesis(problem, [AcceptedEffect(gain, effect)])
+    first, size = state.data.regressor.joints[0], np.sum(friction_values(problem.model), axis=0)
+    own = first.columns < len(size)
+    friction = 0.02 * first.values[:, own] @ size[first.columns[own]]
+    none = (np.zeros(0, dtype=np.intp), np.zeros((len(friction), 0)))
+    wander = Columns(1, len(friction), ((np.zeros(1, dtype=np.intp), friction[:, None]), none))
+    place = state.extension.places[0][0]
+    known, unsure = (uncertainty_of(state, some).covariance[place, place] for some in (None, wander))
+    response = state.data.response + friction[:, None] * np.array([1.0, 0.0])
+    other = replace(state.data, response=response, kept={})
+    again = state_hypothesis(problem, state.accepted, state.model, other)
+    assert np.sqrt(unsure - known) == pytest.approx(
+        abs(again.effect_values[0][0] - state.effect_values[0][0]), rel=0.02
+    )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.grades import NEEDLESS, expected_error, graded, in_order
 from physident.diagnosis.grading.members import with_changes, without
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
 from physident.diagnosis.result.assemble import make_findings
 from physident.diagnosis.result.findings import Finding
@@ -40,19 +41,20 @@ def graded_beside_what_stays(
     sizes: Mapping[Key, float],
     estimate: Estimate | None,
     controlled: bool,
+    wander: Columns | None = None,
     from_currents: bool = False,
     hints: Sequence[Finding] = (),
 ) -> Graded:
     """The accepted effects as findings, graded without the hints, which the extended model does not carry: a hint takes up no part of a
     cause.
 
-    ``sizes`` of changes are those of ``sizes_of_changes``; ``hints`` are known already. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
+    ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
     """
     problem, hypothesis = hypothesis.problem, without(hypothesis, hints)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     while True:
         stays = [check for check in checks if any(check.accepted is one for one in hypothesis.accepted)]
-        uncertainty, unexplained = uncertainty_of(hypothesis), describe_unexplained(hypothesis)
+        uncertainty, unexplained = uncertainty_of(hypothesis, wander), describe_unexplained(hypothesis)
         found = make_findings(hypothesis, stays, uncertainty, from_currents, trust, alike)
         floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
         expected = expected_error(hypothesis, estimate, floor, unexplained)

@@ -19,7 +19,13 @@ from physident.diagnosis.grading.members import members, with_changes, with_valu
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.unexplained import Unexplained, beside_own, describe_unexplained
-from physident.diagnosis.repeated.usual_friction import UsualChange, differ_as_usual, usual_in_words
+from physident.diagnosis.repeated.usual_friction import (
+    UsualChange,
+    differ_as_usual,
+    friction_of_the_day,
+    usual_friction,
+    usual_in_words,
+)
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
@@ -60,7 +66,11 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}
-    usual = differ_as_usual(hypothesis, asked.control_signals, len(partners))
+    known = usual_friction(hypothesis, asked.control_signals, len(partners))
+    usual, wander = (
+        differ_as_usual(hypothesis, known, len(asked.control_signals)),
+        friction_of_the_day(hypothesis, known),
+    )
     sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(
@@ -71,6 +81,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         sizes,
         asked.estimate,
         controlled=bool(asked.control),
+        wander=wander,
         from_currents=any(recording.effort_kind == "current" for recording in asked.recordings),
     )
     found = grade()
@@ -92,7 +103,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
         unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:
-            errors = uncertainty_of(sure)
+            errors = uncertainty_of(sure, wander)
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
     if asked.estimate is not None and problem.question == "different":
         unexplained = beside_own(unexplained, np.asarray(asked.estimate.sigma), hypothesis.torque)

@@ -16,6 +16,7 @@ from physident.diagnosis.grading.as_others_show import dense
 from physident.diagnosis.grading.control import UNUSUAL, noise_of, rows_of_model
 from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.grading.scatter import Scatter, scatter_between
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.stored_products import Key
@@ -33,10 +34,12 @@ MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint 
 @dataclass(frozen=True, kw_only=True)
 class UsualFriction:
     """By which share of its friction a ``joint`` of a healthy arm differs at most between the recordings before and now, and the whole
-    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth."""
+    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth. ``spread`` is the
+    standard deviation of a joint's share."""
 
     joint: float
     arm: float
+    spread: float
 
     @staticmethod
     def of(model: Model, control: Sequence[Signals], filter: Filter, old: int, new: int) -> UsualFriction:
@@ -65,7 +68,8 @@ class UsualFriction:
         means = np.sqrt(1 / old + 1 / new)
         joint = t.ppf(1 - UNUSUAL / (2 * n), max(freedom, 1)) * np.sqrt(variance) * means
         arm = t.ppf(1 - UNUSUAL / 2, max(whole.count - 1, 1)) * np.sqrt(whole.variance) * means
-        return UsualFriction(joint=min(LARGEST, float(joint)), arm=min(LARGEST, float(arm)))
+        spread = float(np.sqrt(variance) * means)
+        return UsualFriction(joint=min(LARGEST, float(joint)), arm=min(LARGEST, float(arm)), spread=spread)
 
 
 def friction_values(model: Model) -> tuple[Array, Array]:
@@ -98,25 +102,49 @@ def usual_in_words(changes: Sequence[UsualChange]) -> str:
     )
 
 
-def differ_as_usual(hypothesis: Hypothesis, control: Sequence[Signals], old: int) -> dict[Key, UsualChange]:
-    """The accepted effects that a comparison with ``old`` recordings shows, and that are friction as it differs between the ``control``'s
-    recordings: what no scale of the joint's dry friction and of its other friction makes is a small part of them."""
+def usual_friction(hypothesis: Hypothesis, control: Sequence[Signals], old: int) -> UsualFriction | None:
+    """By how much friction differs by itself, beside a comparison with ``old`` recordings that shows something; None where it shows nothing, or
+    too few recordings tell."""
     problem = hypothesis.problem
-    shown = [
+    if not _shown(hypothesis) or len(control) < FEWEST or not np.any(friction_values(problem.model)):
+        return None
+    return UsualFriction.of(problem.model, control, problem.filter, old, len(problem.freedom.compared))
+
+
+def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordings: int) -> dict[Key, UsualChange]:
+    """The accepted effects that a comparison shows, and that are friction as it differs between so many ``recordings`` of the healthy arm:
+    what no scale of the joint's dry friction and of its other friction makes is a small part of them."""
+    result = dict[Key, UsualChange]()
+    for i in _shown(hypothesis) if usual is not None else ():
+        one, change = hypothesis.accepted[i].candidate, _friction_in(hypothesis, i)
+        most = usual.joint if one.joints else usual.arm
+        if change.share >= MADE_OF and change.size <= most:
+            result[one.key] = UsualChange(share=change.size, usual=most, recordings=recordings)
+    return result
+
+
+def friction_of_the_day(hypothesis: Hypothesis, usual: UsualFriction | None) -> Columns | None:
+    """One standard deviation of what each joint's friction (M, n) differs by itself, in the compared rows: what a value along a repeated motion
+    is uncertain by beside noise. None where nobody knows."""
+    if usual is None:
+        return None
+    problem, regressor = hypothesis.problem, hypothesis.data.regressor
+    rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
+    friction = usual.spread * np.sum(friction_values(problem.model), axis=0)
+    joints = []
+    for j, joint in enumerate(regressor.joints):
+        own = joint.columns < len(friction)
+        joints.append((np.array([j]), (rows * (joint.values[:, own] @ friction[joint.columns[own]]))[:, None]))
+    return Columns(len(joints), len(rows), tuple(joints))
+
+
+def _shown(hypothesis: Hypothesis) -> list[int]:
+    """Which accepted effects, but contacts, a comparison shows."""
+    return [
         i
         for i, one in enumerate(hypothesis.accepted)
         if one.candidate is not CONTACT and is_shown_by_comparison(hypothesis, i)
     ]
-    if not shown or len(control) < FEWEST or not np.any(friction_values(problem.model)):
-        return {}
-    usual = UsualFriction.of(problem.model, control, problem.filter, old, len(problem.freedom.compared))
-    result = dict[Key, UsualChange]()
-    for i in shown:
-        one, change = hypothesis.accepted[i].candidate, _friction_in(hypothesis, i)
-        most = usual.joint if one.joints else usual.arm
-        if change.share >= MADE_OF and change.size <= most:
-            result[one.key] = UsualChange(share=change.size, usual=most, recordings=len(control))
-    return result
 
 
 @dataclass(frozen=True, kw_only=True)

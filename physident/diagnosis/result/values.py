@@ -85,7 +85,7 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
-    return " ".join(filter(None, sentences))
+    return " ".join(filter(None, dict.fromkeys(sentences)))  # two contacts say the same
 
 
 def _all_dry_friction(model: Model, joint: int) -> str:

@@ -77,8 +77,9 @@ class WithoutJoints:
         return np.where(count >= FEWEST_JOINTS, np.maximum(beyond, 0.0), 0.0), count
 
 
-def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
-    """Errors of all values and shapes, from how far they move when one block is left out (CV3, see ``uncertainty``)."""
+def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Uncertainty:
+    """Errors of all values and shapes, from how far they move when one block is left out (CV3, see ``uncertainty``), and from torques that
+    ``wander`` by one standard deviation each from day to day, along whole recordings, which no block tells."""
     baseline, shaped = hypothesis.baseline, []
     for a, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
         slopes = _slope(hypothesis, a, values)
@@ -103,6 +104,12 @@ def uncertainty_of(hypothesis: Hypothesis) -> Uncertainty:
     moved = np.array([pseudo_inverse(H - normal) @ score for normal, score in zip(normals, scores, strict=True)])
     inverse = pseudo_inverse(H)
     covariance = moved.T @ moved * (G - 1) / G + inverse @ prior @ inverse
+    if wander is not None:
+        whole = (
+            np.tensordot(squares, products.equations.squares, 1) + prior
+        )  # of all rows, those between blocks as well
+        pulled = pseudo_inverse(whole) @ np.tensordot(squares, products.with_columns(wander)[1], 1)
+        covariance += pulled @ pulled.T
     R = len(hypothesis.fit.x)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[R:]
     J = hypothesis.jacobian
