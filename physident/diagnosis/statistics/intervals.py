@@ -105,9 +105,8 @@ def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Unc
     inverse = pseudo_inverse(H)
     covariance = moved.T @ moved * (G - 1) / G + inverse @ prior @ inverse
     if wander is not None:
-        whole = (
-            np.tensordot(squares, products.equations.squares, 1) + prior
-        )  # of all rows, those between blocks as well
+        # of all rows, those between blocks as well
+        whole = np.tensordot(squares, products.equations.squares, 1) + prior
         pulled = pseudo_inverse(whole) @ np.tensordot(squares, products.with_columns(wander)[1], 1)
         covariance += pulled @ pulled.T
     R = len(hypothesis.fit.x)

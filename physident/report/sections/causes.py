@@ -36,7 +36,7 @@ def lacked_before(c: DiagnosisRecord) -> list[Markup]:
 
 def _lacked(f: Finding) -> Markup:
     title, words = cause(f.effect, f.joints), in_words(f.in_words)
-    reasons = "; ".join(filter(None, [words, f.confounder]))
+    reasons = "; ".join(filter(None, [words.removesuffix(".") if f.confounder else words, f.confounder]))
     return joined(tag("strong", f"{title[0].upper()}{title[1:]}"), f": {reasons}" if reasons else "")
 
 
