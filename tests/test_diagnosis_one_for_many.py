@@ -10,6 +10,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.grading.grades import is_patchwork, single_cause
+from physident.diagnosis.learned import learn
 from physident.diagnosis.result.findings import Finding, Grade, Reduction
 from physident.diagnosis.result.wording import wrong_baseline_sentence
 from physident.diagnosis.search import forward_search
@@ -140,7 +141,8 @@ def test_a_model_is_not_extended_by_a_patchwork(tmp_path: Path, monkeypatch: pyt
     runs = [warming(seed) for seed in (41, 42)]
     estimate = pid.identify(pid.load_robot(tmp_path / "two.urdf"), runs)
     plain = pid.diagnose_motion(estimate, runs)
-    monkeypatch.setattr(forward_search, "HANDFUL", 1)
+    for module in (forward_search, learn):
+        monkeypatch.setattr(module, "HANDFUL", 1)
     searched_once(monkeypatch)
     stopped = pid.diagnose_motion(estimate, runs)
     (cause,) = stopped.causes
