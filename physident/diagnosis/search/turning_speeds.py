@@ -25,7 +25,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.recordings.signals import Signals
 
-TURNED_AT_CREEP = 0.4  # of a creep: tanh of its inverse is 99 per cent
+TURNED_AT_CREEP = 0.42  # of a creep: tanh of its inverse is 98 per cent
 AGAIN = 2  # searches more, at most: speeds that still change differ by what no row shows
 
 
