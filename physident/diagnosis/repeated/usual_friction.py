@@ -115,7 +115,9 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordi
     """The accepted effects that a comparison shows, and that are friction as it differs between so many ``recordings`` of the healthy arm:
     what no scale of the joint's dry friction and of its other friction makes is a small part of them."""
     result = dict[Key, UsualChange]()
-    for i in _shown(hypothesis) if usual is not None else ():
+    if usual is None:
+        return result
+    for i in _shown(hypothesis):
         one, change = hypothesis.accepted[i].candidate, _friction_in(hypothesis, i)
         most = usual.joint if one.joints else usual.arm
         if change.share >= MADE_OF and change.size <= most:
