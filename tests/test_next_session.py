@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -17,7 +16,7 @@ from scipy.stats import f as f_distribution
 import physident as pid
 from physident.diagnosis.next_session.resume import Resumed
 from physident.diagnosis.next_session.saved_session import SavedExpectation
-from physident.diagnosis.next_session.settled import Answer, answers
+from physident.diagnosis.next_session.settled import Answer
 from physident.effects.friction import CoulombFriction, StribeckFriction
 from physident.effects.mounting import JointZeroOffset
 from physident.excitation.detectability import EVIDENCE, Noise
@@ -296,17 +295,3 @@ def test_the_promise_of_a_session_after_one_that_kept_nothing_is_not_believed(ke
     assert said.expected == pytest.approx(8.0)
     assert said.promised == pytest.approx(8.0 if pays else 8.0 / 9.0)
     assert said.pays == pays
-
-
-@pytest.mark.parametrize(("grade", "settled"), [("cause", True), ("contribution", False)])
-def test_a_rival_stands_for_what_is_not_found_any_more_only_as_a_cause(grade: str, settled: bool) -> None:
-    """A little of what neither is may be fitted by either."""
-    asked = SavedExpectation(
-        kind="rival", question="?", effect="rotor_inertia", joints=(1,), power=0.5, detail="", rival="payload", rival_joints=(),
-        parameter=0, size=1.0, smallest=0.5,
-    )  # fmt: skip
-    payload: Any = SimpleNamespace(effect="payload", joints=(), grade=grade, rivals=())
-    found, none = SimpleNamespace(findings=(payload,), unseen=()), None
-    (said,) = answers([asked], *(cast(Any, one) for one in (found, none, none, none)))
-    assert said.settled == settled
-    assert ("it is payload" in said.text) == settled

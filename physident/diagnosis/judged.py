@@ -67,10 +67,8 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}
     known = usual_friction(hypothesis, asked.control_signals, len(partners))
-    usual, wander = (
-        differ_as_usual(hypothesis, known, len(asked.control_signals)),
-        friction_of_the_day(hypothesis, known),
-    )
+    usual = differ_as_usual(hypothesis, known, len(asked.control_signals))
+    wander = friction_of_the_day(hypothesis, known)
     sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(

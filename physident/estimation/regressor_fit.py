@@ -88,7 +88,7 @@ def estimate_from(
     filter: Filter,
     columns: str | None = None,
 ) -> Estimate:
-    """The estimate of a regressor that is already built."""
+    """The estimate of a regressor that is already built, whose relative error is that of its rows as they are weighted."""
     estimator = make_estimator(method)
     regressor = with_prior(robot, effects, regressor)
     base = find_base_parameters(robot, effects)

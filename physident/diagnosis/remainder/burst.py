@@ -42,10 +42,9 @@ def bursts_in_words(bursts: Sequence[Burst]) -> str:
     for one in sorted(bursts, key=lambda one: (one.recording, one.start)):
         by_recording.setdefault(one.recording, []).append(f"{one.start:.1f} and {one.end:.1f} s")
     when = ", and ".join(f"between {' and between '.join(times)} of {name}" for name, times in by_recording.items())
-    resting = all(one.at_rest for one in bursts)
     why = (
         "the joint stood or crept then, and what holds it is friction of any size up to its level"
-        if resting
+        if all(one.at_rest for one in bursts)
         else "see what happened then"
     )
     share, of_time = (100 * sum(values) for values in zip(*((b.share, b.of_time) for b in bursts), strict=True))
@@ -75,17 +74,15 @@ def bursts_of(
         if not likely:
             break
         _, rows = max(likely, key=lambda one: one[0])
-        share = float(residual[rows] @ residual[rows]) / total
-        if share < PART or not _is_certain(
-            residual, rows, np.flatnonzero(left & ~np.isin(recording, recording[rows[:1]])), each
-        ):
+        share, of = float(residual[rows] @ residual[rows]) / total, recording == recording[rows[0]]
+        if share < PART or not _is_certain(residual, rows, np.flatnonzero(left & ~of), each):
             break
-        start, end = (PIECE * np.floor(time[rows[at]] / PIECE) for at in (0, -1))
+        first, last = (PIECE * np.floor(time[rows[at]] / PIECE) for at in (0, -1))
         result.append(
             Burst(
                 recording=names[int(recording[rows[0]])],
-                start=float(start),
-                end=float(min(end + PIECE, time[recording == recording[rows[0]]][-1])),
+                start=float(first),
+                end=float(min(last + PIECE, time[of][-1])),
                 share=share,
                 of_time=len(rows) / len(residual),
                 at_rest=resting is not None and bool(resting[rows].mean() > MOSTLY),
