@@ -52,7 +52,16 @@ def finding(before: float, after: float, **more: Any) -> Finding:
     gain = Reduction(
         rms_before=before, rms_after=after, reduction_percent=100 * (1 - after / before), interval95=(1, 99)
     )
-    value = ParameterValue(name="mass", joint=1, value=2.0, change=2.0, std=0.1, interval95=(1.8, 2.2), unit="kg")
+    value = ParameterValue(
+        name="mass",
+        joint=1,
+        value=2.0,
+        change=2.0,
+        std=0.1,
+        interval95=(1.8, 2.2),
+        change_interval95=(1.8, 2.2),
+        unit="kg",
+    )
     made = Finding(
         effect="payload",
         joints=(1, 2),
@@ -134,7 +143,16 @@ def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch:
 
 
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:
-    vague = ParameterValue(name="mass", joint=1, value=0.2, change=0.2, std=0.2, interval95=(-0.2, 0.6), unit="kg")
+    vague = ParameterValue(
+        name="mass",
+        joint=1,
+        value=0.2,
+        change=0.2,
+        std=0.2,
+        interval95=(-0.2, 0.6),
+        change_interval95=(-0.2, 0.6),
+        unit="kg",
+    )
     one = finding(2.0, 0.5, parameters=(vague,))
     assert (grade(one), grade(one, controlled=True)) == ("contribution", "cause")
 

@@ -113,7 +113,14 @@ def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
 
 def test_a_contribution_has_its_value_and_what_it_may_also_be(diagnosis: pid.Diagnosis) -> None:
     size = ParameterValue(
-        name="torque_constant", joint=5, value=0.018, change=0.018, std=0.001, interval95=(0.016, 0.02), unit="1"
+        name="torque_constant",
+        joint=5,
+        value=0.018,
+        change=0.018,
+        std=0.001,
+        interval95=(0.016, 0.02),
+        change_interval95=(0.016, 0.02),
+        unit="1",
     )
     found = Finding(
         effect="torque_constant", joints=(5,), parameters=(size,), rivals=(Rival("viscous_friction", (5,)),), intervals=(),
@@ -129,7 +136,16 @@ def test_a_cause_whose_values_may_all_be_zero_says_what_that_means(
     diagnosis: pid.Diagnosis, count: int, says: str
 ) -> None:
     open_ones = tuple(
-        ParameterValue(name=f"v{k}", joint=5, value=0.01, change=0.01, std=0.01, interval95=(-0.01, 0.03), unit="1")
+        ParameterValue(
+            name=f"v{k}",
+            joint=5,
+            value=0.01,
+            change=0.01,
+            std=0.01,
+            interval95=(-0.01, 0.03),
+            change_interval95=(-0.01, 0.03),
+            unit="1",
+        )
         for k in range(count)
     )
     found = Finding(

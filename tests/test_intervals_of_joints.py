@@ -9,7 +9,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis, state_hypothesis
-from physident.diagnosis.statistics.intervals import Uncertainty, WithoutJoints, uncertainty_of
+from physident.diagnosis.statistics.intervals import Spread, Uncertainty, WithoutJoints, uncertainty_of
 from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Sensors, hide, multisine, record
@@ -41,16 +41,16 @@ def mass_of(loaded: Hypothesis, gains: np.ndarray) -> tuple[float, Uncertainty, 
 def test_what_nothing_moves_is_known() -> None:
     """As of exact recordings: an interval without width, and no number that is none."""
     none = np.zeros((3, 2, 2))
-    exact = Uncertainty(none[0], {}, 12, WithoutJoints(none[:, 0], none + np.eye(2), np.eye(2)))
-    np.testing.assert_array_equal(exact.reach(np.eye(2)), 0.0)
+    exact = Spread(none[0], 12, WithoutJoints(none[:, 0], none + np.eye(2), np.eye(2)))
+    np.testing.assert_array_equal(exact.reach(np.eye(2), several=True), 0.0)
 
 
 def test_the_mass_lies_in_its_interval_where_joints_disagree(loaded: Hypothesis) -> None:
     rng, held, by_time = np.random.default_rng(5), [], []
     for _ in range(60):
         mass, errors, row = mass_of(loaded, 1 + GAIN * rng.standard_normal(6))
-        alone = errors.half * np.sqrt(row @ errors.covariance @ row.T).item()
-        held.append(abs(mass - MASS) <= errors.reach(row).item())
+        alone = errors.theta.reach(row, several=False).item()
+        held.append(abs(mass - MASS) <= errors.theta.reach(row, several=True).item())
         by_time.append(abs(mass - MASS) <= alone)
     assert np.mean(by_time) < 0.6  # what blocks of time alone would promise
     assert np.mean(held) > 0.8

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.control import control_recordings
+from physident.diagnosis.grading.control import own_recordings
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.diagnosis.result.saved import read_diagnosis
@@ -229,7 +229,7 @@ def test_a_bag_is_a_control_too(model: pid.Estimate, folder: Path, ur5: pid.Robo
         folder / "bag", pid.load_recording(model.sources[0].path), ur5.joint_names, order=(2, 0, 1, 5, 4, 3)
     )
     fitted = pid.identify(ur5, [pid.load_recording(bag, joints=ur5.joint_names)])
-    (control,) = control_recordings(fitted)
+    (control,) = own_recordings(fitted)
     np.testing.assert_allclose(control.q, pid.load_recording(model.sources[0].path).q, atol=1e-9)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.result.wording import headline, in_words, listed, numbered, remainder_sentence
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
@@ -150,13 +148,6 @@ def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
     assert headline("different", "explained", [found]).endswith(
         "torque constant on joint 6 or viscous friction on joint 6 or Coulomb friction on joint 6 or others."
     )
-
-
-def test_the_interval_of_a_change_holds_the_change() -> None:
-    grown = ParameterValue(name="size", joint=4, value=4.9, change=1.3, std=0.05, interval95=(4.8, 5.0), unit="N m")
-    assert grown.change_interval95 == pytest.approx((1.2, 1.4))
-    new = replace(grown, change=4.9)
-    assert new.change_interval95 == new.interval95
 
 
 def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:

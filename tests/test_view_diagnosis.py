@@ -24,6 +24,7 @@ VALUE = ParameterValue(
     change=0.0814,
     std=0.004,
     interval95=(0.0731, 0.0897),
+    change_interval95=(0.0731, 0.0897),
     unit="1",
 )
 FOUND = Finding(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
-from physident.diagnosis.grading.control import control_recordings, with_temperatures
+from physident.diagnosis.grading.control import own_recordings, with_temperatures
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -114,14 +114,17 @@ def ask(
     warnings = warn_of_setup(given.robot, [*with_torque, *held_torque])
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
-    control = _control(estimate, before, question)
+    own, control = _own_and_control(estimate, before, question)
     control_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
     for text in assumed:
         warn(text)
     original, complete, searched = as_estimate(model, used_filter), None, model
-    if estimate and control and before is None:
-        complete = complete_model(estimate, control, with_torque, seed, progress)
-        searched = as_recordings_agree(complete.estimate, control_signals)
+    if estimate and own:
+        complete = complete_model(estimate, own, with_torque, seed, progress)
+        own_signals = control_signals
+        if before is not None:
+            own_signals, _ = with_temperatures(prepare_all(given.robot, own, used_filter), signals)
+        searched = as_recordings_agree(complete.estimate, own_signals)
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,
@@ -166,12 +169,14 @@ def _check_options(
         )
 
 
-def _control(
+def _own_and_control(
     estimate: Estimate | None, before: Sequence[Recording] | None, question: Question
-) -> tuple[Recording, ...]:
-    """The recordings that a change is held against: those given, or those that the model was fitted to."""
+) -> tuple[tuple[Recording, ...], tuple[Recording, ...]]:
+    """The recordings that the model was fitted to, where they are at hand, and those that a change is held against: the same ones, unless
+    others were given."""
     if estimate is None or question != "different":
-        return ()
+        return (), ()
+    own = own_recordings(estimate, before or ())
     if before is None:
-        return control_recordings(estimate)
-    return tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)
+        return own, own
+    return own, tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)

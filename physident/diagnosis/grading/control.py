@@ -41,11 +41,12 @@ UNSEEN = 0.05  # of an effect's torque in the new recordings, below which the co
 ENOUGH = 4  # differences, as from five recordings of two times: 0.01 then asks for six standard deviations
 
 
-def control_recordings(estimate: Estimate) -> tuple[Recording, ...]:
-    """The recordings that a model was fitted to, where all of them are still at hand, unchanged; else none."""
+def own_recordings(estimate: Estimate, given: Sequence[Recording] = ()) -> tuple[Recording, ...]:
+    """The recordings that a model was fitted to, where all of them are still at hand, unchanged, or among those ``given``; else none."""
     names, found = estimate.model.robot.joint_names, []
+    here = {recording.sha256: recording for recording in given}
     for source in estimate.sources:
-        recording = if_at_hand(source.path, source.sha256, estimate.layout, names)
+        recording = here.get(source.sha256) or if_at_hand(source.path, source.sha256, estimate.layout, names)
         if recording is None:
             return ()
         found.append(recording.with_default_drive_gains(estimate.drive_gains))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.result.findings import Finding
+from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.values import parameter_values, values_in_words
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
@@ -89,18 +89,20 @@ def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty
 
 
 def with_changes(findings: Sequence[Finding], sizes: Mapping[Key, float]) -> tuple[Finding, ...]:
-    """The findings whose values the model has, with by how much they changed: ``sizes`` times what the extended model has more than the
-    model. Where this lacks something of the same kind, its value was never that of the arm, and the difference no change of the arm's."""
-    result = []
-    for finding in findings:
-        values = tuple(
-            replace(v, change=v.change * size)
-            if v.change != v.value and (size := _size_of(finding, v.joint, sizes))
-            else v
-            for v in finding.parameters
-        )
-        result.append(replace(finding, parameters=values))
-    return tuple(result)
+    """The findings whose values the model has, with by how much they changed: ``sizes`` times what was found. Where the model lacks
+    something of the same kind, its value was never that of the arm, and the difference no change of the arm's."""
+    return tuple(
+        replace(finding, parameters=tuple(_times(v, _size_of(finding, v.joint, sizes)) for v in finding.parameters))
+        for finding in findings
+    )
+
+
+def _times(v: ParameterValue, size: float) -> ParameterValue:
+    """A value whose change is so many times as large; a new one, and one of no known size, as it is."""
+    if v.change == v.value or not size:
+        return v
+    low, high = sorted(size * end for end in v.change_interval95)
+    return replace(v, change=v.change * size, change_interval95=(low, high))
 
 
 def _size_of(finding: Finding, joint: int, sizes: Mapping[Key, float]) -> float:

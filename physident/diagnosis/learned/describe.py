@@ -51,6 +51,7 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
         change=value,
         std=float(std[top]),
         interval95=(value - half, value + half),
+        change_interval95=(value - half, value + half),
         unit=hypothesis.problem.model.robot.joints[accepted.candidate.joints[0] - 1].unit(accepted.effect.unit),
     )
 
@@ -80,7 +81,7 @@ def _with_error(
     where these are open."""
     places, theta = _places(hypothesis, accepted), _theta(hypothesis, accepted)
     x, _, Phi = effect.curve(hypothesis.problem.model.robot, theta)
-    covariance = uncertainty.covariance[np.ix_(places, places)]
+    covariance = uncertainty.theta.covariance[np.ix_(places, places)]
     Phi = Phi - _open_mean(hypothesis, accepted, effect) - np.outer(x, _open_line(hypothesis, accepted, effect))
     return x, Phi @ theta, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
 

@@ -33,7 +33,7 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
             model.robot, effects, regressor, signals, recordings, given.estimator, problem.filter, given.layout
         )[0]
     base = find_base_parameters(model.robot, model.effects)
-    covariance = base.grouping @ uncertainty.covariance @ base.grouping.T
+    covariance = base.grouping @ uncertainty.theta.covariance @ base.grouping.T
     before = as_estimate(problem.given, problem.filter)
     regressor = hypothesis.data.regressor
     sources = tuple(

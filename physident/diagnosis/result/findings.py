@@ -23,8 +23,12 @@ Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplain
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterValue:
-    """A parameter of a finding: its ``value`` in the extended model, the ``change`` from the model that was diagnosed, its
-    standard error and 95 % interval, in ``unit``; ``at_end`` where a shape lies at an end of the range that is searched."""
+    """A parameter of a finding: its ``value`` in the extended model, with its standard error and 95 % interval, and the ``change`` that was
+    found, with the interval of that, in ``unit``; ``at_end`` where a shape lies at an end of the range that is searched.
+
+    Before the change the value was ``value - change``. The model may have had another: what these recordings share out otherwise
+    between parameters that make nearly the same torque has not changed.
+    """
 
     name: str
     joint: int
@@ -32,14 +36,9 @@ class ParameterValue:
     change: float
     std: float
     interval95: tuple[float, float]
+    change_interval95: tuple[float, float]
     unit: str
     at_end: bool = False
-
-    @property
-    def change_interval95(self) -> tuple[float, float]:
-        """The interval of the change: the value from before is the model's, right or wrong."""
-        low, high = self.interval95
-        return low - (self.value - self.change), high - (self.value - self.change)
 
 
 @dataclass(frozen=True, kw_only=True)

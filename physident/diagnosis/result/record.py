@@ -163,8 +163,8 @@ class DiagnosisRecord:
             "question": self.question,
             "verdict": self.verdict,
             "headline": self.headline,
-            "findings": [_finding(f) | {"command": self.command(f)} for f in self.findings],
-            "missing_since_before": [_finding(f) for f in self.missing_since_before],
+            "findings": [_plain(asdict(f)) | {"command": self.command(f)} for f in self.findings],
+            "missing_since_before": [_plain(asdict(f)) for f in self.missing_since_before],
             "controlled": self.controlled,
             "wrong_baseline": list(self.wrong_baseline),
             "wrong_unseen": list(self.wrong_unseen),
@@ -193,13 +193,6 @@ class DiagnosisRecord:
             "model": self.model.as_dict(),
             "extended_model": None if self.extended is None else self.extended.as_dict(),
         }
-
-
-def _finding(finding: Finding) -> dict[str, Any]:
-    """A finding as JSON can hold it, each value with the interval of its change, too."""
-    plain = _plain(asdict(finding))
-    values = zip(plain["parameters"], finding.parameters, strict=True)
-    return plain | {"parameters": [one | {"change_interval95": list(v.change_interval95)} for one, v in values]}
 
 
 def _plain(value: Any) -> Any:

@@ -92,8 +92,25 @@ def _errors(entry: Any, where: str) -> JointErrors:
 def _findings(data: Any, where: str) -> tuple[Finding, ...]:
     """Findings; those of a file from before there were grades are causes."""
     if isinstance(data, list) and all(isinstance(one, dict) for one in data):
-        data = [{**EARLIER, **one, "rivals": _rivals(one.get("rivals"))} for one in data]
+        data = [
+            {**EARLIER, **one, "rivals": _rivals(one.get("rivals")), "parameters": _values(one.get("parameters"))}
+            for one in data
+        ]
     return READER.read(tuple[Finding, ...], data, where)
+
+
+def _values(data: Any) -> Any:
+    """Values; in a file from before a change had an interval of its own, that of the value is as wide."""
+    if not (isinstance(data, list) and all(isinstance(one, dict) for one in data)):
+        return data
+    return [one if "change_interval95" in one else {**one, "change_interval95": _moved(one)} for one in data]
+
+
+def _moved(value: dict[str, Any]) -> Any:
+    try:
+        return [end - value["value"] + value["change"] for end in value["interval95"]]
+    except (KeyError, TypeError):
+        return None  # the reader says what is wrong with it
 
 
 def _unexplained(data: Any) -> Any:

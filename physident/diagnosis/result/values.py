@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import compress
 
 import numpy as np
@@ -33,22 +34,22 @@ def parameter_values(
         return [largest_value(hypothesis, accepted, uncertainty)]
     at = hypothesis.accepted.index(accepted)
     model, effect = hypothesis.extension.model, accepted.effect
-    # only the contact's own block shows its force: its error is that of the fit
-    covariance = hypothesis.covariance if isinstance(effect, Contact) else uncertainty.covariance
-    old = {c.name: v for c, v in zip(hypothesis.problem.model.columns, hypothesis.problem.model.theta, strict=True)}
-    before = np.array([float(old.get(column.name, 0.0)) for column in effect.columns(model.robot)])
     places, (columns, told) = hypothesis.extension.places[at], effect.told(model.robot)
-    values, changes = told @ model.theta[places], told @ (model.theta[places] - before)
-    rows = np.zeros((len(told), len(model.theta)))
-    rows[:, places] = told
-    errors = np.sqrt(np.maximum(np.einsum("rk,kl,rl->r", rows, covariance, rows), 0.0))
+    rows, moves = np.zeros((len(told), len(model.theta))), np.zeros((len(told), len(uncertainty.changes.covariance)))
+    rows[:, places], moves[:, hypothesis.places_of_changes[at]] = told, told
+    is_new = places.min() >= len(hypothesis.problem.model.theta)
+    theta = uncertainty.theta
+    if isinstance(effect, Contact):  # only its own block shows its force: its error is that of the fit
+        theta = replace(theta, covariance=hypothesis.covariance)
     # what acts on one joint no other contradicts, and of a contact only its own moment says anything
     several = len(np.unique(effect.pattern(model.robot)[:, 0])) > 1 and not isinstance(effect, Contact)
-    reaches = uncertainty.reach(rows) if several else uncertainty.half * errors
+    values, errors, reaches = rows @ model.theta, theta.errors(rows), theta.reach(rows, several)
+    changes = values if is_new else told @ hypothesis.effect_values[at]
+    halves = reaches if is_new else uncertainty.changes.reach(moves, several)
     result = []
     unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
-    each = zip(columns, values, changes, errors, reaches, strict=True)
-    for column, value, change, error, reach in compress(each, ~unfelt):
+    each = zip(columns, values, changes, errors, reaches, halves, strict=True)
+    for column, value, change, error, reach, half in compress(each, ~unfelt):
         if error == 0 and change == 0:  # no motion of these shows it
             continue
         result.append(
@@ -59,6 +60,7 @@ def parameter_values(
                 change=float(change),
                 std=float(error),
                 interval95=(float(value - reach), float(value + reach)),
+                change_interval95=(float(change - half), float(change + half)),
                 unit=column.unit,
             )
         )
@@ -77,9 +79,8 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         if isinstance(one.effect, LearnedCurve):
             sentences.append(f"{curve_in_words(hypothesis, one, one.effect)}; {nearest_law(hypothesis, one)}")
         else:
-            places, known = hypothesis.extension.places[at], hypothesis.problem.model.theta
-            before = np.array([known[k] if k < len(known) else 0.0 for k in places])
-            sentences.append(one.effect.change_in_words(model.robot, model.theta[places], before))
+            theta = model.theta[hypothesis.extension.places[at]]
+            sentences.append(one.effect.change_in_words(model.robot, theta, theta - hypothesis.effect_values[at]))
             if one.effect.dry and not one.effect.pointwise:
                 sentences += [_all_dry_friction(model, j) for j in one.effect.active(model.robot)]
         if isinstance(one.effect, Contact):
@@ -124,6 +125,7 @@ def _shapes(accepted: AcceptedEffect, uncertainty: Uncertainty, robot: Robot) ->
                 change=value,
                 std=error,
                 interval95=ends,
+                change_interval95=ends,
                 unit=robot.joints[joint - 1].unit(shape.unit),
                 at_end=at_end,
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,11 +100,20 @@ class Hypothesis:
         """How the extended model's theta (P,) moves with the values of the joint fit: (P, R)."""
         J = np.zeros((len(self.extension.model.theta), len(self.fit.x)))
         J[: len(self.problem.model.theta), : self._model_values] = self.problem.freedom.map
-        at = 0
-        for places in self.extension.places:
-            J[places, self._model_values :] += self._shared_out[at : at + len(places)]
-            at += len(places)
+        for places, rows in zip(self.extension.places, self.places_of_changes, strict=True):
+            J[places] += self.jacobian_of_changes[rows]
         return J
+
+    @cached_property
+    def jacobian_of_changes(self) -> Array:
+        """How the values of all accepted effects, one after the other (E,), move with those of the joint fit: (E, R)."""
+        return np.column_stack([np.zeros((len(self._shared_out), self._model_values)), self._shared_out])
+
+    @property
+    def places_of_changes(self) -> list[slice]:
+        """Where the values of each accepted effect stand among those of all."""
+        ends = np.cumsum([0, *self._sizes]).tolist()
+        return [slice(start, stop) for start, stop in pairwise(ends)]
 
     @cached_property
     def covariance(self) -> Array:

@@ -22,12 +22,11 @@ STEP = 0.02  # relative, of a shape: its column's derivative is then right to a 
 
 
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
-    """``covariance`` (P, P) of the extended model's theta, ``shape_errors`` [the effect's key, standard error of its shape],
-    both from so many ``blocks``, and what ``joints`` say of theta each without the others."""
+class Spread:
+    """How far values (P,) may be from what they were found to be: their ``covariance`` (P, P) from so many ``blocks``, and what ``joints`` say of
+    them each without the others."""
 
     covariance: Array
-    shape_errors: dict[tuple[str, tuple[int, ...]], float]
     blocks: int
     joints: WithoutJoints
 
@@ -36,12 +35,18 @@ class Uncertainty:
         """How many standard errors a 95 % interval reaches."""
         return t_quantile(self.blocks)
 
-    def reach(self, rows: Array) -> Array:
-        """How far the 95 % intervals of linear functions of theta, ``rows`` (r, P), reach to either side (r,): errors are those that
-        blocks of time show, and those by which joints disagree beyond these."""
+    def errors(self, rows: Array) -> Array:
+        """Standard errors (r,) of linear functions of the values, ``rows`` (r, P), by blocks of time."""
+        return np.sqrt(np.maximum(np.einsum("rk,kl,rl->r", rows, self.covariance, rows), 0.0))
+
+    def reach(self, rows: Array, several: bool) -> Array:
+        """How far the 95 % intervals of linear functions of the values, ``rows`` (r, P), reach to either side (r,): errors are those that
+        blocks of time show, and, of values that act on ``several`` joints, those by which joints disagree beyond these."""
         from scipy.stats import t
 
-        of_blocks = np.maximum(np.einsum("rk,kl,rl->r", rows, self.covariance, rows), 0.0)
+        if not several:
+            return self.half * self.errors(rows)
+        of_blocks = self.errors(rows) ** 2
         of_joints, count = self.joints.variances(rows, of_blocks)
         both = np.maximum(of_blocks + of_joints, 1e-300)
         # degrees of freedom of the sum of two variances (Welch, 1947)
@@ -51,8 +56,26 @@ class Uncertainty:
 
 
 @dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How far the extended model's ``theta`` (P,) and the ``changes`` of all accepted effects, one after the other (E,), may be from the truth, and
+    ``shape_errors`` [the effect's key, standard error of its shape].
+
+    A change is known better than the value from before and that from after: what the model may hold instead, it held before, too.
+    """
+
+    theta: Spread
+    changes: Spread
+    shape_errors: dict[tuple[str, tuple[int, ...]], float]
+
+    @property
+    def half(self) -> float:
+        """How many standard errors a 95 % interval reaches."""
+        return self.theta.half
+
+
+@dataclass(frozen=True, eq=False)
 class WithoutJoints:
-    """By how much theta moves, ``moved`` (n, P), where the rows of one joint are left out, and its covariance then (n, P, P) and ``with_all``
+    """By how much values move, ``moved`` (n, P), where the rows of one joint are left out, and its covariance then (n, P, P) and ``with_all``
     (P, P), in units of the noise.
 
     A model errs on a joint from one end of a recording to the other, by its gain or its friction: blocks of time move together then, and
@@ -64,7 +87,7 @@ class WithoutJoints:
     with_all: Array
 
     def variances(self, rows: Array, of_blocks: Array) -> tuple[Array, NDArray[np.intp]]:
-        """The variance (r,) of linear functions of theta, ``rows`` (r, P), between joints, beyond what their variance over blocks (r,) makes of
+        """The variance (r,) of linear functions of the values, ``rows`` (r, P), between joints, beyond what their variance over blocks (r,) makes of
         it; and of how many joints (r,) it is, those that the others can do without. A jackknife, whose moves are by noise alone as large as
         the variance grows without the joint: Hausman, "Specification tests in econometrics" (1978)."""
         moved = self.moved @ rows.T
@@ -111,7 +134,6 @@ def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Unc
         covariance += pulled @ pulled.T
     R = len(hypothesis.fit.x)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[R:]
-    J = hypothesis.jacobian
     shapes = {
         key: float(error * getattr(a.effect, str(_field(a)))[0])
         for key, error in zip(shaped, errors, strict=True)
@@ -119,12 +141,15 @@ def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Unc
         if a.candidate.key == key
     }
     without = [pseudo_inverse(H - normal) for normal in of_joints[0]]
-    joints = WithoutJoints(
-        moved=np.array([J @ (one @ score)[:R] for one, score in zip(without, of_joints[1], strict=True)]),
-        covariance=np.array([J @ one[:R, :R] @ J.T for one in without]),
-        with_all=J @ inverse[:R, :R] @ J.T,
-    )
-    return Uncertainty(J @ covariance[:R, :R] @ J.T, shapes, G, joints)
+    moves = np.array([(one @ score)[:R] for one, score in zip(without, of_joints[1], strict=True)])
+
+    def spread(J: Array) -> Spread:
+        """That of values that move with those of the fit by ``J`` (P, R)."""
+        each = np.array([J @ one[:R, :R] @ J.T for one in without])
+        joints = WithoutJoints(moved=moves @ J.T, covariance=each, with_all=J @ inverse[:R, :R] @ J.T)
+        return Spread(J @ covariance[:R, :R] @ J.T, G, joints)
+
+    return Uncertainty(spread(hypothesis.jacobian), spread(hypothesis.jacobian_of_changes), shapes)
 
 
 def resampled_reduction(before: Array, after: Array, seed: int) -> tuple[float, float]:
