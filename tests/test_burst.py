@@ -91,3 +91,14 @@ def test_a_burst_is_written_and_read_back() -> None:
     one = Unexplained(joint=2, **numbers, bursts=(burst,))
     assert RecordReader("again").read(Unexplained, json.loads(json.dumps(one.as_dict())), "unexplained") == one
     assert "49 % of it lies between 9.5 and 12.0 s of now.csv" in one.description
+
+
+def test_what_happens_at_the_same_time_in_every_recording_is_told() -> None:
+    """A program that starts a brake, or a pump, at its eighth second: no recording shows what the others are without it."""
+    time, recording = rows()
+    drags = (time >= 8.0) & (time < 16.0)
+    found = bursts_of(np.where(drags, 5.0, 1.0) * noise(0), time, recording, NAMES, 40.0)  # it remembers
+    assert sorted((one.recording, round(one.start), round(one.end)) for one in found) == [
+        ("first.csv", 8, 16),
+        ("second.csv", 8, 16),
+    ]

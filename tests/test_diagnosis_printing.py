@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import physident as pid
 from physident.diagnosis.remainder.unexplained import Unexplained, beside_own
-from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen
+from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen, Verdict
 from physident.diagnosis.result.text import WIDTH
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
@@ -87,27 +89,59 @@ def test_warnings_stand_before_the_answer(diagnosis: pid.Diagnosis) -> None:
     assert rows[1].startswith("what is missing from the model:")
 
 
+FAINT: dict[str, Any] = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)
+
+
+def remainder(joint: int, memory: float = 2.0, rms: float = 1.0) -> Unexplained:
+    """What is left of a joint, whose noise would remember for a tenth of a second."""
+    return Unexplained(joint=joint, rms=rms, lag_one=0.9, memory=memory, white_memory=0.1, order=1.0, **FAINT)
+
+
+def told(diagnosis: pid.Diagnosis, verdict: Verdict, unexplained: Sequence[Unexplained]) -> str:
+    """The printed text of a question what has changed."""
+    changed = replace(diagnosis, question="different", verdict=verdict, unexplained=tuple(unexplained))
+    return " ".join(repr(changed).split())
+
+
 def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diagnosis: pid.Diagnosis) -> None:
-    faint = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)
-    both = [
-        Unexplained(joint=j, rms=1.0, lag_one=0.9, memory=2.0, white_memory=0.1, order=1.0, **faint) for j in (1, 2)
-    ]
-    beside = beside_own(both, np.array([0.2, 0.5]), np.ones((4, 2)))
+    beside = beside_own([remainder(1), remainder(2)], np.array([0.2, 0.5]), np.ones((4, 2)), 0.0)
     assert [one.grown for one in beside] == [True, False]  # five times as much, and twice
-    told = " ".join(repr(replace(diagnosis, question="different", verdict="unexplained", unexplained=beside)).split())
-    assert "prove; but joint 1 errs 5 times as much as on the model's own recordings" in told
-    assert "joint 2 errs" not in told
-    assert "times what the model leaves" not in told
-    healthy = beside_own(both, np.array([1.0, 0.8]), np.ones((4, 2)))
-    told = " ".join(repr(replace(diagnosis, question="different", verdict="unexplained", unexplained=healthy)).split())
-    assert "unseen data. It is 1 to 1.2 times what the model leaves on its own recordings" in told
+    text = told(diagnosis, "unexplained", beside)
+    assert "prove; but joint 1 errs 5 times as much as on the model's own recordings" in text
+    assert "joint 2 errs" not in text
+    assert "times what the model leaves" not in text
+    larger = beside_own([remainder(1), remainder(2)], np.array([0.6, 0.4]), np.ones((4, 2)), 0.0)
+    assert "unseen data. It is 1.7 to 2.5 times what the model leaves" in told(diagnosis, "unexplained", larger)
+
+
+def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diagnosis: pid.Diagnosis) -> None:
+    """However long its residual remembers: an incomplete model's does so on any recording."""
+    beside = beside_own([remainder(1), remainder(2)], np.array([1.0, 0.8]), np.ones((4, 2)), 0.0)
+    assert not any(one.structured for one in beside)
+    text = told(diagnosis, "nothing_missing", beside)
+    assert "is as large as on the model's own recordings" in text
+    assert "on joints 1 and 2 it is 1.0 to 1.2 times what the model leaves on its own recordings" in text
+    assert "is noise" not in text
+
+
+def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:
+    """As play in a gear shows: at reversals, for some hundredths of a second each, and noise is as large on any motion."""
+    (noise,) = beside_own([remainder(1, memory=0.1)], np.array([1.0]), np.ones((4, 1)), 0.0)
+    (play,) = beside_own([remainder(1, memory=0.1)], np.array([0.3]), np.ones((4, 1)), 0.0)
+    assert (noise.structured, play.structured, play.grown) == (False, True, True)
+
+
+def test_a_difference_of_two_recordings_errs_as_both() -> None:
+    rng = np.random.default_rng(3)
+    own = 0.3 * rng.standard_normal((2, 4000))
+    left = remainder(1, rms=float(np.std(own[1] - own[0])))
+    (beside,) = beside_own([left], np.array([0.3]), np.ones((4, 1)), 1.0)
+    assert beside.times_own == pytest.approx(1.0, abs=0.05)
 
 
 def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
     """Of recordings without noise the model leaves a billionth: beside what a sensor tells apart, that is nothing."""
-    faint = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)
-    one = Unexplained(joint=1, rms=1e-4, lag_one=0.9, memory=2.0, white_memory=0.1, order=1.0, **faint)
-    (beside,) = beside_own([one], np.array([1e-9]), np.full((4, 1), 10.0))
+    (beside,) = beside_own([remainder(1, rms=1e-4)], np.array([1e-9]), np.full((4, 1), 10.0), 0.0)
     assert not beside.grown
 
 

@@ -42,6 +42,12 @@ def test_the_level_is_the_change_though_the_shape_is_no_laws(answer: pid.Diagnos
     assert level.change == pytest.approx(AFTER - BEFORE, rel=0.05)
 
 
+def test_a_change_is_known_better_than_the_value(answer: pid.Diagnosis) -> None:
+    """What dry friction is beside the curve that the model found before, nothing tells, before or after; the change has no such doubt."""
+    (level,) = answer.causes[0].parameters
+    assert 0 < np.ptp(level.change_interval95) < 0.1 * np.ptp(level.interval95)
+
+
 def test_what_the_shape_needs_beside_the_laws_was_there_before(answer: pid.Diagnosis) -> None:
     assert all(one.effect != "learned_velocity" for one in answer.findings)
     assert any(one.effect == "learned_velocity" and 2 in one.joints for one in answer.missing_since_before)

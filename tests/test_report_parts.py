@@ -153,10 +153,11 @@ def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
 def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
     part: Any = SimpleNamespace(grade="contribution")
     plain, old, compared = (
-        remainder_sentence("nothing_missing", (), *how) for how in ((False, False), (True, False), (False, True))
+        remainder_sentence("nothing_missing", (), *how, as_own=False)
+        for how in ((False, False), (True, False), (False, True))
     )
     assert plain == "No effect of the catalogue beats chance, and the remaining residual is noise."
     assert "lacked before" in old
     assert "comparison" in compared
-    assert remainder_sentence("nothing_missing", [part], old=True, compared=False) == "The remaining residual is noise."
-    assert "comparison" in remainder_sentence("explained", (), old=False, compared=True)
+    assert remainder_sentence("nothing_missing", [part], True, False, False) == "The remaining residual is noise."
+    assert "comparison" in remainder_sentence("explained", (), False, True, False)

@@ -104,7 +104,8 @@ def judge(asked: Asked, searched: Searched) -> Judged:
             errors = uncertainty_of(sure, wander)
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
     if asked.estimate is not None and problem.question == "different":
-        unexplained = beside_own(unexplained, np.asarray(asked.estimate.sigma), hypothesis.torque)
+        compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
+        unexplained = beside_own(unexplained, np.asarray(asked.estimate.sigma), hypothesis.torque, float(compared))
     return Judged(
         findings=findings,
         old=_with_reason(searched.last.hypothesis, old, usual),

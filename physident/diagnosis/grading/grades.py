@@ -115,7 +115,8 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     # a curve is known but for what other parameters take as well; its shape was proved on left-out rows
     sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
     holds_old = bool(sized) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
-    vague = (holds_old and not controlled) or _beyond_bounds(finding, hypothesis)
+    # a control says that one value changed; of several, none of which it is sure of, it knows the torque and not the name
+    vague = (holds_old and (not controlled or len(sized) > 1)) or _beyond_bounds(finding, hypothesis)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     is_cause = share.takes > enough * share.leaves and shown > least and not vague

@@ -75,7 +75,9 @@ def bursts_of(
             break
         _, rows = max(likely, key=lambda one: one[0])
         share, of = float(residual[rows] @ residual[rows]) / total, recording == recording[rows[0]]
-        if share < PART or not _is_certain(residual, rows, np.flatnonzero(left & ~of), each):
+        calm = left & ~of  # what happened in each recording is no measure of what the others are without it
+        calm[np.concatenate([some for _, some in likely])] = False
+        if share < PART or not _is_certain(residual, rows, np.flatnonzero(calm), each):
             break
         first, last = (PIECE * np.floor(time[rows[at]] / PIECE) for at in (0, -1))
         result.append(

@@ -25,6 +25,11 @@ SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
 GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
+LARGER = (
+    2.0  # times: noise is as large on any motion, and a model whose values the holdout asks for errs by no more either
+)
+NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
+AS_OWN = 1.5  # times, at most: half as much again is what a model errs more by where it has not been
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -60,9 +65,19 @@ class Unexplained:
         return self.structured and (self.times_own or 0.0) > GROWN
 
     @property
-    def structured(self) -> bool:
+    def remembers(self) -> bool:
         """Whether it remembers longer than noise through the filter does."""
         return self.memory > STRUCTURED * self.white_memory
+
+    @property
+    def as_own(self) -> bool:
+        """Whether it remembers longer, and is no larger than on the model's own recordings."""
+        return self.remembers and self.times_own is not None and self.times_own <= AS_OWN
+
+    @property
+    def structured(self) -> bool:
+        """Whether it is more than noise, and more than the model leaves on its own recordings, where that is known."""
+        return (self.remembers and not self.as_own) or (self.times_own or 0.0) > LARGER
 
     @property
     def description(self) -> str:
@@ -77,9 +92,10 @@ class Unexplained:
             if shares[name] > 0.05
             else "no dependence on velocity, position, load or time"
         )
+        most = max(self.predictable or 0.0, shares[name])
         bound = (
-            f"; at most {100 * max(self.predictable, shares[name]):.0f} % of it is any function of the joint's position, velocity, acceleration and load"
-            if self.predictable is not None
+            f"; at most {100 * most:.0f} % of it is any function of the joint's position, velocity, acceleration and load"
+            if self.predictable is not None and most < NEARLY_ALL
             else ""
         )
         moment = f"; {bursts_in_words(self.bursts)}" if self.bursts else ""
@@ -90,10 +106,12 @@ class Unexplained:
         return {**asdict(self), "structured": self.structured}
 
 
-def beside_own(unexplained: Sequence[Unexplained], own: Array, torque: Array) -> tuple[Unexplained, ...]:
+def beside_own(
+    unexplained: Sequence[Unexplained], own: Array, torque: Array, compared: float
+) -> tuple[Unexplained, ...]:
     """The same beside what a model leaves of its ``own`` recordings (n,) [N m|N], where these are exact beside what a sensor would tell of
-    the ``torque`` (M, n)."""
-    sigma = np.maximum(own, FINEST * np.sqrt(np.mean(torque**2, axis=0)))
+    the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion."""
+    sigma = np.maximum(own, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared)
     return tuple(replace(one, times_own=one.rms / float(sigma[one.joint - 1])) for one in unexplained)
 
 

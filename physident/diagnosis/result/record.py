@@ -115,7 +115,8 @@ class DiagnosisRecord:
     @property
     def remainder(self) -> str:
         """What is left beside what was found, in one sentence."""
-        said = remainder_sentence(self.verdict, self.findings, bool(self.missing_since_before), self.compared)
+        old = bool(self.missing_since_before)
+        said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own))
         own = [one.times_own for one in self.structured if one.times_own is not None]
         as_before = self.verdict == "unexplained" and own and not self.grown and not parts_of(self.findings)
         return f"{said} {as_before_sentence(own)}" if as_before else said
@@ -145,6 +146,11 @@ class DiagnosisRecord:
         carried = {effect.name for effect in self.extended.effects} - {effect.name for effect in self.model.effects}
         lesser = {f.effect for f in self.findings if f.grade == "contribution"} - {f.effect for f in self.causes}
         return bool(lesser) and not carried & lesser
+
+    @property
+    def as_own(self) -> tuple[Unexplained, ...]:
+        """The joints whose residual is no noise, but no larger than on the model's own recordings."""
+        return tuple(one for one in self.unexplained if one.as_own)
 
     @property
     def structured(self) -> tuple[Unexplained, ...]:

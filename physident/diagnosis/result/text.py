@@ -13,6 +13,7 @@ from physident.diagnosis.result.wording import (
     INSEPARABLE,
     grown_in_words,
     incomplete_words,
+    no_structure_words,
     one_of,
     parts_of,
     placebos_in_words,
@@ -73,14 +74,16 @@ def _verdict(d: DiagnosisRecord) -> str:
     name = d.verdict.replace("_", " ")
     if d.verdict == "nothing_missing":
         name = "nothing has changed" if d.question == "different" else "nothing is missing"
+        name = "no main cause" if parts_of(d.findings) else name
     if d.verdict == "explained" and d.wrong_baseline:
         name = "explained by more causes than these recordings can prove"
     return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}"
 
 
 def _answer(d: DiagnosisRecord) -> str:
-    more = f"; but {grown_in_words(d.grown)}" if d.grown else ""
-    if parts := parts_of(d.findings):
+    parts = parts_of(d.findings)
+    more = f"; {'and' if parts else 'but'} {grown_in_words(d.grown)}" if d.grown else ""
+    if parts:
         named = [one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts[:SHOWN]]
         return f"{'; '.join(named)}, but not as the main cause of the error{more}"
     if not d.causes:
@@ -258,12 +261,9 @@ def _value(v: ParameterValue, several: bool) -> str:
 def _unexplained(d: DiagnosisRecord) -> list[str]:
     unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
     if not d.structured:
-        noise = "the residual has no more memory than filtered noise, or lies within the noise floor"
-        return (
-            [*unseen, f"of the diagnosed recordings themselves: {noise}"]
-            if unseen
-            else [f"unexplained: noise; {noise}"]
-        )
+        noise = no_structure_words(d.as_own)
+        of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
+        return [*unseen, f"{of_diagnosed}: {noise}"]
     return [*unseen, "unexplained structure in the residual:"] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{_times(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured

@@ -132,19 +132,20 @@ def listed(items: Sequence[object]) -> str:
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
 
 
-def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool, compared: bool) -> str:
+def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool, compared: bool, as_own: bool) -> str:
     """What is left beside the ``findings``: of a comparison with motions from before, where all recordings are ``compared``, and beside what
-    the model always lacked, where an ``old`` finding was told apart."""
+    the model always lacked, where an ``old`` finding was told apart; ``as_own``, it remembers, but is as large as on the model's own recordings."""
     left = "What is left of the comparison with motions from before" if compared else "The remaining residual"
+    noise = "as large as on the model's own recordings" if as_own else "noise"
     if verdict == "partly_explained":
         return "Some structure in the residual matches no effect of the catalogue."
     if verdict == "unexplained":
         return "The residual has structure that no effect of the catalogue predicts on unseen data."
     if verdict == "explained" or parts_of(findings):
-        return f"{left} is noise."
+        return f"{left} is {noise}."
     if old:
-        return "No change beats chance, and beside what the model lacked before the residual is noise."
-    return f"No {'change' if compared else 'effect of the catalogue'} beats chance, and {left[0].lower()}{left[1:]} is noise."
+        return f"No change beats chance, and beside what the model lacked before the residual is {noise}."
+    return f"No {'change' if compared else 'effect of the catalogue'} beats chance, and {left[0].lower()}{left[1:]} is {noise}."
 
 
 def parts_of(findings: Sequence[Finding]) -> list[Finding]:
@@ -174,9 +175,19 @@ def grown_sentence(grown: Sequence[Unexplained]) -> str:
     return f"{words[0].upper()}{words[1:]}, and nothing that was found describes it."
 
 
+def no_structure_words(as_own: Sequence[Unexplained]) -> str:
+    """Why a residual says nothing more: it is noise, or, on some joints, ``as_own``, as large as on the model's own recordings."""
+    if not as_own:
+        return "noise; the residual has no more memory than filtered noise, or lies within the noise floor"
+    times = [one.times_own or 0.0 for one in as_own]
+    where = f"joint{'s' if len(as_own) > 1 else ''} {numbered([one.joint for one in as_own])}"
+    low, high = (f"{one(times):.1f}" for one in (min, max))
+    return f"no more than before; on {where} it is {low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings"
+
+
 def as_before_sentence(times_own: Sequence[float]) -> str:
     """How large what is left is beside what a model leaves on its own recordings."""
-    low, high = (f"{one(times_own):.2g}" for one in (min, max))
+    low, high = (f"{one(times_own):.1f}" for one in (min, max))
     return f"It is {low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings."
 
 

@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.findings import UnseenReason
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import incomplete_words, numbered
+from physident.diagnosis.result.wording import incomplete_words, no_structure_words, numbered
 from physident.effects.catalogue import effect_label, effect_scope
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
@@ -90,7 +90,7 @@ def _incomplete(c: DiagnosisRecord) -> list[Markup]:
 def _remainder(c: DiagnosisRecord) -> list[Markup]:
     left = c.structured
     if not left:
-        return [tag("p", "The residual is no more autocorrelated than noise through the same filter.")]
+        return [tag("p", f"Unexplained: {no_structure_words(c.as_own)}.")]
     units = c.model.robot.torque_units
     head = ["", "RMS", "memory", "noise's memory", "description"]
     rows = [
