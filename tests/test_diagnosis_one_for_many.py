@@ -76,7 +76,7 @@ def test_the_mass_that_two_effects_can_carry_is_the_first_one_s(loaded: Hypothes
     mass = [values[0] for values in state.effect_values]
     assert mass[0] == pytest.approx(0.8, rel=0.1)
     assert mass[1] == pytest.approx(0.0, abs=0.05)
-    error = np.sqrt(np.diag(uncertainty_of(state).covariance))
+    error = np.sqrt(np.diag(uncertainty_of(state).theta.covariance))
     places = [p[0] for p in state.extension.places]
     assert abs(mass[0] - 0.8) < 4 * error[places[0]] < 0.2
     told = sum(

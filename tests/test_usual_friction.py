@@ -120,7 +120,7 @@ def test_a_value_is_as_uncertain_as_the_friction_of_the_day_moves_it(robot: pid.
     none = (np.zeros(0, dtype=np.intp), np.zeros((len(friction), 0)))
     wander = Columns(1, len(friction), ((np.zeros(1, dtype=np.intp), friction[:, None]), none))
     place = state.extension.places[0][0]
-    known, unsure = (uncertainty_of(state, some).covariance[place, place] for some in (None, wander))
+    known, unsure = (uncertainty_of(state, some).theta.covariance[place, place] for some in (None, wander))
     response = state.data.response + friction[:, None] * np.array([1.0, 0.0])
     other = replace(state.data, response=response, kept={})
     again = state_hypothesis(problem, state.accepted, state.model, other)

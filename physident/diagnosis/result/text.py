@@ -11,6 +11,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRec
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    curves_in_brief,
     grown_in_words,
     incomplete_words,
     no_structure_words,
@@ -73,8 +74,8 @@ def wrapped(row: str) -> list[str]:
 def _verdict(d: DiagnosisRecord) -> str:
     name = d.verdict.replace("_", " ")
     if d.verdict == "nothing_missing":
-        name = "nothing has changed" if d.question == "different" else "nothing is missing"
-        name = "no main cause" if parts_of(d.findings) else name
+        nothing = "nothing has changed" if d.question == "different" else "nothing is missing"
+        name = "no main cause" if parts_of(d.findings) else nothing
     if d.verdict == "explained" and d.wrong_baseline:
         name = "explained by more causes than these recordings can prove"
     return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}"
@@ -152,7 +153,9 @@ def _is_nothing(f: Finding) -> bool:
 
 
 def _first_values(f: Finding) -> str:
-    """The first values of a finding that is one line."""
+    """The first values of a finding that is one line; of curves, what they are and where."""
+    if f.curves and f.in_words:
+        return f": {curves_in_brief(f)}"
     named = f"{f.effect} of " if f.by_joint else f"{f.effect} "  # said already
     shown = [_value(v, f.by_joint).removeprefix(named) for v in f.parameters]
     more = f", and {len(shown) - VALUES} more" if len(shown) > VALUES else ""
@@ -167,15 +170,20 @@ def _told_by(d: DiagnosisRecord, f: Finding) -> list[Finding]:
 
 
 def _balance(f: Finding) -> str:
-    if f.takes_percent is None or f.leaves_percent is None:
-        return ""
-    return f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
+    known = f.takes_percent is not None and f.leaves_percent is not None
+    return (
+        ""
+        if not known
+        else f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
+    )
 
 
 def _named(effect: str, joints: Sequence[int]) -> str:
-    if not joints:
-        return effect
-    return f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+    return (
+        effect
+        if not joints
+        else f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
+    )
 
 
 def _levels(d: DiagnosisRecord) -> list[str]:
@@ -261,9 +269,8 @@ def _value(v: ParameterValue, several: bool) -> str:
 def _unexplained(d: DiagnosisRecord) -> list[str]:
     unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
     if not d.structured:
-        noise = no_structure_words(d.as_own)
         of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
-        return [*unseen, f"{of_diagnosed}: {noise}"]
+        return [*unseen, f"{of_diagnosed}: {no_structure_words(d.as_own)}"]
     return [*unseen, "unexplained structure in the residual:"] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{_times(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Literal
 
@@ -103,6 +104,12 @@ def sense_in_words(finding: Finding) -> str:
         return finding.in_words
     words = finding.in_words
     return f"If it is {effect_label(finding.effect)}: {words[0].lower()}{words[1:]}"
+
+
+def curves_in_brief(finding: Finding) -> str:
+    """What the curves of a finding are and where they are largest, without the laws that are near them."""
+    each = [text.partition(";")[0] for text in re.split(r"(?<=[.]) (?=joint \d)", finding.in_words)]
+    return each[0].removeprefix(f"joint {finding.joints[0]}: ") if len(each) == 1 else "; ".join(each)
 
 
 def trust_in_words(finding: Finding) -> str:
