@@ -168,8 +168,9 @@ LIGHT = (
 )  # what the second joint carries is hardly more than its friction
 
 
-def rubbing(seed: int, share: float = 1.0) -> pid.Recording:
-    """Two joints whose friction, of the second one times a ``share``, gives way within a fifth of a milliradian (Maxwell slip) and grows with speed."""
+def rubbing(seed: int, share: float = 1.0, dry: float = 1.0, viscous: float = 1.0) -> pid.Recording:
+    """Two joints whose friction gives way within a fifth of a milliradian (Maxwell slip) and grows with speed; of the second joint all of it is
+    so many times (``share``) as large, of the first one its ``dry`` and its ``viscous`` part."""
     model, time = pin.buildModelFromXML(urdf(LIGHT)), np.arange(0.0, 30.0, 0.008)
     rng = np.random.default_rng(seed)
     omega, phase = rng.uniform(0.8, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
@@ -179,7 +180,7 @@ def rubbing(seed: int, share: float = 1.0) -> pid.Recording:
     for k in range(1, len(q)):
         stretched[k] = np.clip(stretched[k - 1] + q[k] - q[k - 1], -2e-4, 2e-4)
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
-    tau += (4000.0 * stretched + 0.5 * v) * np.array([1.0, share])
+    tau += 4000.0 * stretched * np.array([dry, share]) + 0.5 * v * np.array([viscous, share])
     tau += 0.02 * rng.standard_normal(tau.shape)
     return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{seed}")
 
@@ -201,7 +202,27 @@ def test_a_motor_of_a_joint_that_carries_friction_alone_is_its_friction_by_anoth
     if joint == 1:  # gravity is most of what this one carries
         assert found == {}
     else:
-        assert found[("torque_constant", (2,))] == pytest.approx(share - 1, abs=0.03)
+        assert found[("torque_constant", (2,))].share == pytest.approx(share - 1, abs=0.03)
+
+
+@pytest.mark.parametrize(("viscous", "one_change"), [(1.33, True), (0.67, False)])
+def test_friction_of_every_kind_that_has_grown_is_one_change(
+    light: pid.Estimate, viscous: float, one_change: bool
+) -> None:
+    """Of a joint that carries gravity: a third more dry and viscous friction is one story or two, and the one is told first; a third more of the
+    one and less of the other are two."""
+    own = [rubbing(1), rubbing(2)]
+    answer = pid.diagnose_motion(light, [rubbing(3, dry=1.33, viscous=viscous)], before=own)
+    dry, speed = sorted(answer.causes, key=lambda one: one.effect == "viscous_friction")
+    assert (dry.joints, speed.joints, speed.effect) == ((1,), (1,), "viscous_friction")
+    assert {dry.effect, *(one.effect for one in dry.rivals)} >= {"coulomb_friction"}
+    assert speed.parameters[0].change == pytest.approx(0.5 * (viscous - 1), rel=0.05)
+    told = " ".join(repr(answer).split())
+    for one in (dry, speed):
+        assert (Rival("friction_level", (1,), True) in one.rivals) is one_change
+    if one_change:
+        assert "from before: friction_level (joint 1) or " in told
+        assert "it may be one change: 33 % more of every kind of friction of joint 1" in told
 
 
 def test_more_friction_of_every_kind_is_named_where_a_motor_is(light: pid.Estimate) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
 from physident.diagnosis.grading.control import own_recordings, with_temperatures
@@ -23,6 +26,7 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals, as_filter
 from physident.setup_checks.check_setup import warn_of_setup
+from physident.validation.predictions import predict
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +35,8 @@ class Asked:
 
     ``original`` is the model as it came, and ``model`` the one that is searched: ``complete`` with what its own recordings show already, and as
     sure as they agree. ``recordings`` are diagnosed, ``holdout`` is scored at the end; what was found is held against the ``control``, whose
-    signals are ``control_signals``: the recordings ``before`` where some were given. The ``warnings`` have been given.
+    signals are ``control_signals``: the recordings ``before`` where some were given. ``left_before`` (n,) [N m|N] is the RMS that the model leaves of
+    its own recordings, None where they are not at hand. The ``warnings`` have been given.
     """
 
     question: Question
@@ -43,6 +48,7 @@ class Asked:
     before: tuple[Recording, ...]
     control: tuple[Recording, ...]
     control_signals: list[Signals]
+    left_before: NDArray[np.float64] | None
     comparison: Comparison
     layout: str | None
     drive_gains: tuple[float, ...] | None
@@ -118,13 +124,14 @@ def ask(
     control_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
     for text in assumed:
         warn(text)
-    original, complete, searched = as_estimate(model, used_filter), None, model
+    original, complete, searched, left_before = as_estimate(model, used_filter), None, model, None
     if estimate and own:
         complete = complete_model(estimate, own, with_torque, seed, progress)
         own_signals = control_signals
         if before is not None:
             own_signals, _ = with_temperatures(prepare_all(given.robot, own, used_filter), signals)
         searched = as_recordings_agree(complete.estimate, own_signals)
+        left_before = predict(complete.estimate, own).rms
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,
@@ -136,6 +143,7 @@ def ask(
         before=tuple(before or ()),
         control=control,
         control_signals=control_signals,
+        left_before=left_before,
         comparison=comparison,
         layout=estimate.layout if estimate else columns,
         drive_gains=gains,

@@ -103,9 +103,9 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         if sure.accepted:
             errors = uncertainty_of(sure, wander)
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
-    if asked.estimate is not None and problem.question == "different":
+    if asked.left_before is not None:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
-        unexplained = beside_own(unexplained, np.asarray(asked.estimate.sigma), hypothesis.torque, float(compared))
+        unexplained = beside_own(unexplained, asked.left_before, hypothesis.torque, float(compared))
     return Judged(
         findings=findings,
         old=_with_reason(searched.last.hypothesis, old, usual),

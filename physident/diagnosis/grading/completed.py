@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from physident.diagnosis.grading.holdout import made_worse
 from physident.diagnosis.grading.members import without_effects
 from physident.diagnosis.learned.search_and_learn import search_and_learn
@@ -57,7 +55,7 @@ def complete_model(
     try:
         problem = state_problem("missing", estimate, signals, estimate.filter, seed)
         found = search_and_learn(problem)
-        hypothesis = _held_to(found.last.hypothesis, asked, estimate)
+        hypothesis = _held_to(found.last.hypothesis, control, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
@@ -71,10 +69,12 @@ def complete_model(
     return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))
 
 
-def _held_to(hypothesis: Hypothesis, asked: Sequence[Recording], estimate: Estimate) -> Hypothesis:
+def _held_to(
+    hypothesis: Hypothesis, control: Sequence[Recording], asked: Sequence[Recording], estimate: Estimate
+) -> Hypothesis:
     """The hypothesis without the effects that make the error of their joints on other recordings larger. Where a joint has changed,
     its error says nothing of what it always lacked."""
-    as_before = predict(estimate, asked).rms < CHANGED * np.asarray(estimate.sigma)
+    as_before = predict(estimate, asked).rms < CHANGED * predict(estimate, control).rms
     told = [
         i
         for i, one in enumerate(hypothesis.accepted)

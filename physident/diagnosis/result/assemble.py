@@ -15,12 +15,13 @@ from physident.diagnosis.problem.folds import blocks
 from physident.diagnosis.result.advice import other_rival, separating_words
 from physident.diagnosis.result.findings import Finding, Reduction, Rival
 from physident.diagnosis.result.values import parameter_values, values_in_words
+from physident.diagnosis.result.wording import listed
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import RESAMPLES, Uncertainty, resampled_reduction
-from physident.effects.catalogue import effect_scope
+from physident.effects.catalogue import effect_label, effect_scope
 from physident.effects.scales.friction_level import FrictionLevel
 
 Array = NDArray[np.float64]
@@ -96,12 +97,14 @@ def _finding(
 
 
 def _friction_too(check: RivalCheck) -> str:
-    """What it means that an effect is as good as more or less friction; empty where it is not."""
-    if check.friction is None:
+    """What it means that an effect, alone or beside others, is as good as more or less friction; empty where it is not."""
+    if (whole := check.friction) is None:
         return ""
     (joint,) = check.accepted.candidate.joints
-    size = f"{100 * abs(check.friction):.3g} % {'more' if check.friction > 0 else 'less'}"
-    return f"Nearly all torque of joint {joint} is friction: {size} of every kind of friction there is nearly the same torque."
+    size = f"{100 * abs(whole.share):.3g} % {'more' if whole.share > 0 else 'less'} of every kind of friction"
+    if whole.beside:
+        return f"With {listed([effect_label(name) for name in whole.beside])} it may be one change: {size} of joint {joint} is nearly the torque of all."
+    return f"Nearly all torque of joint {joint} is friction: {size} there is nearly the same torque."
 
 
 def _joined(rivals: Sequence[tuple[tuple[str, tuple[int, ...]], bool]]) -> tuple[Rival, ...]:

@@ -6,24 +6,25 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
     curves_in_brief,
+    grown_in_brief,
     grown_in_words,
     incomplete_words,
+    names_of,
     no_structure_words,
     one_of,
     parts_of,
     placebos_in_words,
     searches_in_words,
     sense_in_words,
+    with_joints,
     wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
-from physident.effects.catalogue import effect_scope
 from physident.effects.learned.one_torque import are_one_torque
 
 ASKED = {
@@ -85,11 +86,10 @@ def _answer(d: DiagnosisRecord) -> str:
     parts = parts_of(d.findings)
     more = f"; {'and' if parts else 'but'} {grown_in_words(d.grown)}" if d.grown else ""
     if parts:
-        named = [one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts[:SHOWN]]
-        return f"{'; '.join(named)}, but not as the main cause of the error{more}"
+        return f"{'; '.join(names_of(parts[:SHOWN], with_joints))}, but not as the main cause of the error{more}"
     if not d.causes:
         return f"nothing that these recordings can prove{more}"
-    return "; ".join(one_of([_named(one.effect, one.joints) for one in (f, *f.rivals)]) for f in d.causes[:SHOWN])
+    return "; ".join(names_of(d.causes[:SHOWN], with_joints))
 
 
 def _minor(d: DiagnosisRecord) -> list[str]:
@@ -101,9 +101,11 @@ def _minor(d: DiagnosisRecord) -> list[str]:
                 f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end
             )
             doubts = "".join(f"; {doubt}" for doubt in (*ends, *f.doubts))
-            rest = "".join(f"; what {_named(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f))
+            rest = "".join(
+                f"; what {with_joints(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f)
+            )
             known = grade == "contribution"
-            name = one_of([_named(one.effect, one.joints) for one in ((f, *f.rivals) if known else (f,))])
+            name = one_of([with_joints(one.effect, one.joints) for one in ((f, *f.rivals) if known else (f,))])
             rows.append(
                 f"{grade}: {name}{_first_values(f) if known else ''}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
             )
@@ -136,7 +138,7 @@ def _old(d: DiagnosisRecord) -> list[str]:
     rows = [f"missing since before, for {whose} show it, or differ by as much:"]
     for f in sorted(d.missing_since_before, key=lambda f: (f.effect, f.joints)):
         why = f"; {f.confounder}" if f.confounder else ""
-        rows.append(f"  {_named(f.effect, f.joints)}{_first_values(f)}{why}")
+        rows.append(f"  {with_joints(f.effect, f.joints)}{_first_values(f)}{why}")
     return rows
 
 
@@ -178,14 +180,6 @@ def _balance(f: Finding) -> str:
     )
 
 
-def _named(effect: str, joints: Sequence[int]) -> str:
-    return (
-        effect
-        if not joints
-        else f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
-    )
-
-
 def _levels(d: DiagnosisRecord) -> list[str]:
     count, unit = len(d.before.rms), d.model.robot.torque_unit
     rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
@@ -219,7 +213,7 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
         unit = d.model.robot.torque_units[f.joints[0] - 1]
         size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} {unit}, "
     rows = [
-        f"{number}. {_named(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
+        f"{number}. {with_joints(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
         f" [{low:.1f}, {high:.1f}]"
     ]
     rows += [f"   {sense_in_words(f)}"] if f.in_words else []
@@ -239,7 +233,7 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
             "   from " + ", ".join(f"{a:.2f} to {b:.2f} s" for a, b in f.intervals) + (f" of {path}" if path else "")
         )
     for inseparable, why in ((False, "these recordings cannot separate them"), (True, INSEPARABLE)):
-        if rivals := [_named(r.effect, r.joints) for r in f.rivals if r.inseparable is inseparable]:
+        if rivals := [with_joints(r.effect, r.joints) for r in f.rivals if r.inseparable is inseparable]:
             rows.append(f"   or {' or '.join(rivals)}: {why}")
     if f.stability is not None:
         rows.append(f"   {searches_in_words(f.stability)}")
@@ -272,13 +266,9 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
         of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
         return [*unseen, f"{of_diagnosed}: {no_structure_words(d.as_own)}"]
     return [*unseen, "unexplained structure in the residual:"] + [
-        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{_times(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
+        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{grown_in_brief(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]
-
-
-def _times(r: Unexplained) -> str:
-    return f" ({r.times_own:.2g} times that of the model's own recordings)" if r.grown and r.times_own else ""
 
 
 def _checks(d: DiagnosisRecord) -> list[str]:

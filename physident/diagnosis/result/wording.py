@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 from physident.diagnosis.problem.question import Question
@@ -44,6 +44,13 @@ def cause(effect: str, joints: Sequence[int]) -> str:
         return effect_label(effect)
     noun = effect_scope(effect).noun
     return f"{effect_label(effect)} {'of' if noun == 'link' else 'on'} {noun}{'s' if len(joints) > 1 else ''} {numbered(joints)}"
+
+
+def with_joints(effect: str, joints: Sequence[int]) -> str:
+    """An effect's public name and where it acts: "payload", "coulomb_friction (joints 2, 3)"."""
+    if not joints:
+        return effect
+    return f"{effect} ({effect_scope(effect).noun}{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))})"
 
 
 def wrong_baseline_sentence(
@@ -167,8 +174,9 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
     if causes:
         return " ".join([*_properties_sentence(asked, causes), *_contacts_sentence(causes)])
     if parts := parts_of(findings):
-        named = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in parts]
-        return f"Found to be {NOT_FOUND[asked]}, but not as the main cause of the error: {_few(named)}."
+        return (
+            f"Found to be {NOT_FOUND[asked]}, but not as the main cause of the error: {_few(names_of(parts, cause))}."
+        )
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."
@@ -204,6 +212,11 @@ def grown_in_words(grown: Sequence[Unexplained]) -> str:
     return f"{listed(texts)} as much as on the model's own recordings"
 
 
+def grown_in_brief(left: Unexplained) -> str:
+    """How many times as large as before a residual is, in brackets, where it is several times; else empty."""
+    return f" ({left.times_own:.2g} times that of the model's own recordings)" if left.grown and left.times_own else ""
+
+
 def placebos_in_words(findings: Sequence[Finding], weak: Sequence[Finding]) -> str:
     """What it means for ``findings``, of which some are ``weak``, that a column that cannot be a cause passed as one."""
     if weak:
@@ -213,8 +226,29 @@ def placebos_in_words(findings: Sequence[Finding], weak: Sequence[Finding]) -> s
 
 def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]:
     """A sentence of what the arm is like, where anything of that was found."""
-    found = [one_of([cause(one.effect, one.joints) for one in (f, *f.rivals)]) for f in findings if not f.intervals]
+    found = names_of([f for f in findings if not f.intervals], cause)
     return [f"{FOUND[asked]} {_few(found)}."] if found else []
+
+
+def names_of(findings: Sequence[Finding], name: Callable[[str, Sequence[int]], str]) -> list[str]:
+    """What each finding is, and what it could also be; those that one effect could stand for together are named once, and it first."""
+    groups: list[tuple[dict[tuple[str, tuple[int, ...]], None], list[Finding]]] = []
+    for f in findings:
+        same = dict.fromkeys((one.effect, one.joints) for one in f.rivals if one.inseparable)
+        for shared, group in groups:
+            if common := [key for key in shared if key in same]:
+                group.append(f)
+                for key in {*shared}.difference(common):
+                    del shared[key]
+                break
+        else:
+            groups.append((same, [f]))
+    return [
+        one_of([name(one.effect, one.joints) for one in (group[0], *group[0].rivals)])
+        if len(group) == 1
+        else one_of([name(*next(iter(shared))), " with ".join(name(f.effect, f.joints) for f in group)])
+        for shared, group in groups
+    ]
 
 
 def one_of(names: Sequence[str]) -> str:

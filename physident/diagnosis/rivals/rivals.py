@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.rivals.same_torque import WholeFriction
 from physident.diagnosis.search.acceptance import (
     MAX_COMPARED,
     contradicted,
@@ -32,19 +33,22 @@ CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: 
 @dataclass(frozen=True, eq=False)
 class RivalCheck:
     """An accepted effect beside all others: its left-out ``gain``, the candidates that could stand in its place as far as these
-    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it. ``friction``: by what share all friction
-    of its joint would have to be larger to make this torque, too; None where that could not be."""
+    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it. ``friction``: the change of all friction
+    of its joint that makes this torque, too; None where none does."""
 
     accepted: AcceptedEffect
     gain: float
     rivals: tuple[Candidate, ...]
     same: tuple[Candidate, ...] = ()
     larger: tuple[Candidate, ...] = ()
-    friction: float | None = None
+    friction: WholeFriction | None = None
 
 
 def check_rivals(
-    last: CandidateScores, accepted: AcceptedEffect, same: Sequence[Candidate] = (), friction: float | None = None
+    last: CandidateScores,
+    accepted: AcceptedEffect,
+    same: Sequence[Candidate] = (),
+    friction: WholeFriction | None = None,
 ) -> RivalCheck:
     """The left-out gain of an accepted effect beside all others, and its rivals; the ``same`` ones where they are possible."""
     hypothesis = last.hypothesis

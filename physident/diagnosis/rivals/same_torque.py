@@ -8,7 +8,7 @@ by what their columns can make on a motion that moves every joint through its ra
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,34 +76,51 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     return result
 
 
-def whole_friction(hypothesis: Hypothesis) -> dict[Key, float]:
-    """The accepted effects of one joint that are no friction, and make nearly a multiple of all the friction that the model has there, on
-    any motion; and that multiple. Where nearly all torque of a wrist is friction, a motor that gives less is more friction of every kind."""
+@dataclass(frozen=True, kw_only=True)
+class WholeFriction:
+    """By what ``share`` all friction of a joint would have to be larger to make nearly the torque of an effect, ``beside`` others of the joint
+    (their names)."""
+
+    share: float
+    beside: tuple[str, ...] = ()
+
+
+def whole_friction(hypothesis: Hypothesis) -> dict[Key, WholeFriction]:
+    """The accepted effects of one joint that make nearly a multiple of all the friction that the model has there, on any motion.
+
+    An effect that is no friction does so by itself: where nearly all torque of a wrist is friction, a motor that gives less is more friction of
+    every kind. Laws of friction of the model do so together: dry and viscous friction of a joint that both are a third larger are one change.
+    """
     problem, robot = hypothesis.problem, hypothesis.problem.model.robot
-    alone = {
-        i: one
-        for i, one in enumerate(hypothesis.accepted)
-        if len(one.candidate.joints) == 1
-        and one.effect.family is not Family.FRICTION
-        and len(one.effect.columns(robot)) == 1
-    }
-    if not alone:
+    p, together = len(problem.model.theta), dict[tuple[int, ...], list[int]]()
+    for i, one in enumerate(hypothesis.accepted):
+        if len(one.candidate.joints) != 1 or len(one.effect.columns(robot)) != 1:
+            continue
+        if one.effect.family is not Family.FRICTION:
+            together[(*one.candidate.joints, i)] = [i]
+        elif hypothesis.extension.places[i].max() < p:
+            together.setdefault(one.candidate.joints, []).append(i)
+    groups = [group for key, group in together.items() if len(key) > 1 or len(group) > 1]
+    if not groups:
         return {}
-    signals, result = random_motion(problem), {}
-    effects = [*problem.model.effects, *(one.effect for one in alone.values())]
+    signals, result, some = random_motion(problem), {}, [hypothesis.accepted[i] for group in groups for i in group]
+    effects = [*problem.model.effects, *(one.effect for one in some)]
     regressor = build_regressor(robot, effects, [signals], problem.filter, model=hypothesis.model)
     owners = np.repeat([e.family is Family.FRICTION for e in effects], [len(e.columns(robot)) for e in effects])
     theta = np.zeros(len(owners))
-    theta[: len(problem.model.theta)] = problem.model.theta * owners[: len(problem.model.theta)]
-    every, at = _stacked(regressor, hypothesis.fit.sigma), len(problem.model.theta)
+    theta[:p] = problem.model.theta * owners[:p]
+    every, at = _stacked(regressor, hypothesis.fit.sigma), p
     friction, outside = (every @ theta).reshape(-1, robot.n), _outside(every, problem)
-    for i, one in alone.items():
-        j = one.candidate.joints[0] - 1
+    for group in groups:
+        j = hypothesis.accepted[group[0]].candidate.joints[0] - 1
         mine = (friction * (np.arange(robot.n) == j)).reshape(-1, 1)
-        torque = every[:, at] * hypothesis.effect_values[i][0]
+        torque = every[:, at : at + len(group)] @ np.concatenate([hypothesis.effect_values[i] for i in group])
+        at += len(group)
         if mine.any() and _makes(outside(mine), outside(torque), 1, robot.n):
-            result[one.candidate.key] = float(mine[:, 0] @ torque / (mine[:, 0] @ mine[:, 0]))
-        at += 1
+            share = float(mine[:, 0] @ torque / (mine[:, 0] @ mine[:, 0]))
+            for i in group:
+                beside = tuple(hypothesis.accepted[k].candidate.name for k in group if k != i)
+                result[hypothesis.accepted[i].candidate.key] = WholeFriction(share=share, beside=beside)
     return result
 
 
