@@ -125,6 +125,8 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     assert "what is missing" in sentence
     assert sentence.endswith("the best single cause is payload.")
     assert "what is missing" not in wrong_baseline_sentence("missing", (1,), answer[:1])
+    confirmed = wrong_baseline_sentence("missing", (1,), answer[:1], confirmed=True)
+    assert "holds on the holdout, so ask of that one" in confirmed
 
 
 def warming(seed: int) -> pid.Recording:

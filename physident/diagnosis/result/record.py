@@ -21,6 +21,7 @@ from physident.diagnosis.result.wording import (
     headline,
     parts_of,
     remainder_sentence,
+    wrong_baseline_sentence,
 )
 from physident.dynamics.model import Model
 from physident.files import VERSION
@@ -146,6 +147,15 @@ class DiagnosisRecord:
         carried = {effect.name for effect in self.extended.effects} - {effect.name for effect in self.model.effects}
         lesser = {f.effect for f in self.findings if f.grade == "contribution"} - {f.effect for f in self.causes}
         return bool(lesser) and not carried & lesser
+
+    @property
+    def wrong_baseline_sentence(self) -> str:
+        """What to do where the search was stopped because it found more than a handful."""
+        joints = [joint - 1 for joint in self.wrong_baseline]
+        holds = self.scored_on == "holdout" and bool((self.after.rms < self.before.rms)[joints].all())
+        return wrong_baseline_sentence(
+            self.question, self.wrong_baseline, self.causes, self.controlled, self.cause_alone, holds
+        )
 
     @property
     def as_own(self) -> tuple[Unexplained, ...]:

@@ -22,7 +22,6 @@ from physident.diagnosis.result.wording import (
     searches_in_words,
     sense_in_words,
     with_joints,
-    wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
 from physident.effects.learned.one_torque import are_one_torque
@@ -47,7 +46,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     if d.wrong_baseline:
-        rows += ["", wrong_baseline_sentence(d.question, d.wrong_baseline, d.causes, d.controlled, d.cause_alone)]
+        rows += ["", d.wrong_baseline_sentence]
     paths = {used.sha256: d.short_name(used.path) for used in d.recordings}
     for number, finding in enumerate(d.causes[:SHOWN], 1):
         rows += ["", *_finding(d, number, finding, paths.get(finding.recording, "")), *_separating(d, finding)]

@@ -59,14 +59,17 @@ def wrong_baseline_sentence(
     causes: Sequence[Finding],
     controlled: bool | None = None,
     alone: bool = False,
+    confirmed: bool = False,
 ) -> str:
     """What to do where a search was stopped because it found more than a handful; a ``controlled`` one has asked already what the
-    model lacked before. The extended model may carry the cause ``alone``."""
+    model lacked before. The extended model may carry the cause ``alone``, or all of it, ``confirmed`` by a holdout."""
     first = {
         "different": "identify the model again from these recordings, and ask what is missing from it"
         if controlled
         else "first ask what is missing, on the recordings that the model was fitted to, or record better",
-        "missing": "record a richer motion or better signals",
+        "missing": "the extended model holds on the holdout, so ask of that one what is still missing"
+        if confirmed
+        else "record a richer motion or better signals",
         "nominal": "first identify the model from recordings",
     }[question]
     several = [cause(f.effect, f.joints) for f in causes if not f.intervals]

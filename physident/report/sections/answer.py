@@ -15,7 +15,6 @@ from physident.diagnosis.result.wording import (
     listed,
     parts_of,
     placebos_in_words,
-    wrong_baseline_sentence,
     wrong_unseen_sentence,
 )
 from physident.report.markup import joined, tag
@@ -123,7 +122,7 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
             f" {means}."
         )
     if c.wrong_baseline:
-        warnings.append(wrong_baseline_sentence(c.question, c.wrong_baseline, c.causes, c.controlled, c.cause_alone))
+        warnings.append(c.wrong_baseline_sentence)
     if c.incomplete and c.findings:
         warnings.append(
             f"The model's residual on its own training recordings is still autocorrelated: {incomplete_words(c.controlled)}."
