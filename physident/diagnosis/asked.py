@@ -22,11 +22,11 @@ from physident.estimation.dry_friction.transition_width import model_with_transi
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.regressor_fit import shared_gains
+from physident.estimation.results.predictions import predictions_of
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals, as_filter
 from physident.setup_checks.check_setup import warn_of_setup
-from physident.validation.predictions import predict
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,7 +131,7 @@ def ask(
         if before is not None:
             own_signals, _ = with_temperatures(prepare_all(given.robot, own, used_filter), signals)
         searched = as_recordings_agree(complete.estimate, own_signals)
-        left_before = predict(complete.estimate, own).rms
+        left_before = predictions_of(complete.estimate.model, own_signals, used_filter).rms
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,

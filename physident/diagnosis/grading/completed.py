@@ -22,7 +22,9 @@ from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
+from physident.estimation.results.predictions import predictions_of
 from physident.recordings.recording import Recording
+from physident.recordings.signals import Signals
 from physident.validation.predictions import predict
 
 CHANGED = 2.0  # times the error that a model left on its own recordings: a joint that errs more has changed
@@ -55,7 +57,7 @@ def complete_model(
     try:
         problem = state_problem("missing", estimate, signals, estimate.filter, seed)
         found = search_and_learn(problem)
-        hypothesis = _held_to(found.last.hypothesis, control, asked, estimate)
+        hypothesis = _held_to(found.last.hypothesis, signals, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
@@ -70,11 +72,12 @@ def complete_model(
 
 
 def _held_to(
-    hypothesis: Hypothesis, control: Sequence[Recording], asked: Sequence[Recording], estimate: Estimate
+    hypothesis: Hypothesis, own: Sequence[Signals], asked: Sequence[Recording], estimate: Estimate
 ) -> Hypothesis:
     """The hypothesis without the effects that make the error of their joints on other recordings larger. Where a joint has changed,
     its error says nothing of what it always lacked."""
-    as_before = predict(estimate, asked).rms < CHANGED * predict(estimate, control).rms
+    left = predictions_of(estimate.model, own, estimate.filter).rms
+    as_before = predict(estimate, asked).rms < CHANGED * left
     told = [
         i
         for i, one in enumerate(hypothesis.accepted)
