@@ -87,7 +87,10 @@ def _trust(f: Finding) -> list[Markup]:
     """The grade of what is no cause and why, how stable the finding is, and what else could be behind it."""
     text = trust_in_words(f)
     rows = [tag("p", text)] if text else []
-    return [*rows, *([tag("p", f.confounder, class_="caution")] if f.confounder else [])]
+    return [
+        *rows,
+        *([tag("p", f"{f.confounder[0].upper()}{f.confounder[1:]}.", class_="caution")] if f.confounder else []),
+    ]
 
 
 def _times(f: Finding) -> str:
