@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.unexplained import Unexplained, beside_own
 from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen, Verdict
 from physident.diagnosis.result.text import WIDTH
@@ -104,19 +105,25 @@ def told(diagnosis: pid.Diagnosis, verdict: Verdict, unexplained: Sequence[Unexp
 
 
 def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diagnosis: pid.Diagnosis) -> None:
-    beside = beside_own([remainder(1), remainder(2)], np.array([0.2, 0.5]), np.ones((4, 2)), 0.0)
+    beside = beside_own(
+        [remainder(1), remainder(2)], OwnError(rms=np.array([0.2, 0.5]), times=None), np.ones((4, 2)), 0.0
+    )
     assert [one.grown for one in beside] == [True, False]  # five times as much, and twice
     text = told(diagnosis, "unexplained", beside)
     assert "prove; but joint 1 errs 5 times as much as on the model's own recordings" in text
     assert "joint 2 errs" not in text
     assert "times what the model leaves" not in text
-    larger = beside_own([remainder(1), remainder(2)], np.array([0.6, 0.4]), np.ones((4, 2)), 0.0)
+    larger = beside_own(
+        [remainder(1), remainder(2)], OwnError(rms=np.array([0.6, 0.4]), times=None), np.ones((4, 2)), 0.0
+    )
     assert "unseen data. It is 1.7 to 2.5 times what the model leaves" in told(diagnosis, "unexplained", larger)
 
 
 def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diagnosis: pid.Diagnosis) -> None:
     """However long its residual remembers: an incomplete model's does so on any recording."""
-    beside = beside_own([remainder(1), remainder(2)], np.array([1.0, 0.8]), np.ones((4, 2)), 0.0)
+    beside = beside_own(
+        [remainder(1), remainder(2)], OwnError(rms=np.array([1.0, 0.8]), times=None), np.ones((4, 2)), 0.0
+    )
     assert not any(one.structured for one in beside)
     text = told(diagnosis, "nothing_missing", beside)
     assert "is as large as on the model's own recordings" in text
@@ -126,22 +133,33 @@ def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diag
 
 def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:
     """As play in a gear shows: at reversals, for some hundredths of a second each, and noise is as large on any motion."""
-    (noise,) = beside_own([remainder(1, memory=0.1)], np.array([1.0]), np.ones((4, 1)), 0.0)
-    (play,) = beside_own([remainder(1, memory=0.1)], np.array([0.3]), np.ones((4, 1)), 0.0)
+    (noise,) = beside_own([remainder(1, memory=0.1)], OwnError(rms=np.array([1.0]), times=None), np.ones((4, 1)), 0.0)
+    (play,) = beside_own([remainder(1, memory=0.1)], OwnError(rms=np.array([0.3]), times=None), np.ones((4, 1)), 0.0)
     assert (noise.structured, play.structured, play.grown) == (False, True, True)
+
+
+def test_what_is_usual_is_told_where_recordings_say_it(diagnosis: pid.Diagnosis) -> None:
+    own = OwnError(rms=np.array([0.7, 0.8]), times=np.array([1.3, 1.3]))
+    beside = beside_own([remainder(1, memory=0.1), remainder(2)], own, np.ones((4, 2)), 0.0)
+    assert [one.structured for one in beside] == [True, False]  # 1.43 and 1.25 times
+    text = told(diagnosis, "unexplained", beside)
+    assert "It is 1.4 times what the model leaves on its own recordings, and up to 1.3 times is usual" in text
+    assert "joint 1: RMS 1 N m (1.4 times that of the model's own recordings)" in text
 
 
 def test_a_difference_of_two_recordings_errs_as_both() -> None:
     rng = np.random.default_rng(3)
     own = 0.3 * rng.standard_normal((2, 4000))
     left = remainder(1, rms=float(np.std(own[1] - own[0])))
-    (beside,) = beside_own([left], np.array([0.3]), np.ones((4, 1)), 1.0)
+    (beside,) = beside_own([left], OwnError(rms=np.array([0.3]), times=None), np.ones((4, 1)), 1.0)
     assert beside.times_own == pytest.approx(1.0, abs=0.05)
 
 
 def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
     """Of recordings without noise the model leaves a billionth: beside what a sensor tells apart, that is nothing."""
-    (beside,) = beside_own([remainder(1, rms=1e-4)], np.array([1e-9]), np.full((4, 1), 10.0), 0.0)
+    (beside,) = beside_own(
+        [remainder(1, rms=1e-4)], OwnError(rms=np.array([1e-9]), times=None), np.full((4, 1), 10.0), 0.0
+    )
     assert not beside.grown
 
 

@@ -122,7 +122,7 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     findings: Any = (
         SimpleNamespace(effect=effect, joints=joints, grade=grade, intervals=(), rivals=rivals)
         for effect, joints, grade, rivals in (
-            ("time_delay", (), "contribution", [SimpleNamespace(effect="payload", joints=())]),
+            ("time_delay", (), "contribution", [SimpleNamespace(effect="payload", joints=(), inseparable=False)]),
             ("payload", (), "hint", ()),
             ("joint_spring", (2,), "cause", ()),
         )
@@ -132,7 +132,7 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
     assert said == (
         "Found to be missing from the model, but not as the main cause of the error: time delay or payload."
     )
-    part.rivals.extend([SimpleNamespace(effect="joint_spring", joints=(j,)) for j in (1, 2)])
+    part.rivals.extend([SimpleNamespace(effect="joint_spring", joints=(j,), inseparable=False) for j in (1, 2)])
     assert headline("missing", "unexplained", [part]).endswith(
         "time delay or payload or joint spring on joint 1 or others."
     )

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
 from physident.diagnosis.grading.control import own_recordings, with_temperatures
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
+from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.repeated.comparison import Comparison, compare_with_control
 from physident.diagnosis.result.findings import Role, UsedRecording
 from physident.dynamics.model import Model
@@ -22,7 +20,6 @@ from physident.estimation.dry_friction.transition_width import model_with_transi
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.regressor_fit import shared_gains
-from physident.estimation.results.predictions import predictions_of
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals, as_filter
@@ -35,8 +32,8 @@ class Asked:
 
     ``original`` is the model as it came, and ``model`` the one that is searched: ``complete`` with what its own recordings show already, and as
     sure as they agree. ``recordings`` are diagnosed, ``holdout`` is scored at the end; what was found is held against the ``control``, whose
-    signals are ``control_signals``: the recordings ``before`` where some were given. ``left_before`` (n,) [N m|N] is the RMS that the model leaves of
-    its own recordings, None where they are not at hand. The ``warnings`` have been given.
+    signals are ``control_signals``: the recordings ``before`` where some were given. ``own_error`` is what the model leaves of its own
+    recordings, None where they are not at hand. The ``warnings`` have been given.
     """
 
     question: Question
@@ -48,7 +45,7 @@ class Asked:
     before: tuple[Recording, ...]
     control: tuple[Recording, ...]
     control_signals: list[Signals]
-    left_before: NDArray[np.float64] | None
+    own_error: OwnError | None
     comparison: Comparison
     layout: str | None
     drive_gains: tuple[float, ...] | None
@@ -124,14 +121,14 @@ def ask(
     control_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
     for text in assumed:
         warn(text)
-    original, complete, searched, left_before = as_estimate(model, used_filter), None, model, None
+    original, complete, searched, own_error = as_estimate(model, used_filter), None, model, None
     if estimate and own:
         complete = complete_model(estimate, own, with_torque, seed, progress)
         own_signals = control_signals
         if before is not None:
             own_signals, _ = with_temperatures(prepare_all(given.robot, own, used_filter), signals)
         searched = as_recordings_agree(complete.estimate, own_signals)
-        left_before = predictions_of(complete.estimate.model, own_signals, used_filter).rms
+        own_error = OwnError.of(complete.estimate, own_signals, len(diagnosed))
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
     return Asked(
         question=question,
@@ -143,7 +140,7 @@ def ask(
         before=tuple(before or ()),
         control=control,
         control_signals=control_signals,
-        left_before=left_before,
+        own_error=own_error,
         comparison=comparison,
         layout=estimate.layout if estimate else columns,
         drive_gains=gains,

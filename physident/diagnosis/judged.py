@@ -103,9 +103,9 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         if sure.accepted:
             errors = uncertainty_of(sure, wander)
             findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
-    if asked.left_before is not None:
+    if asked.own_error is not None:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
-        unexplained = beside_own(unexplained, asked.left_before, hypothesis.torque, float(compared))
+        unexplained = beside_own(unexplained, asked.own_error, hypothesis.torque, float(compared))
     return Judged(
         findings=findings,
         old=_with_reason(searched.last.hypothesis, old, usual),

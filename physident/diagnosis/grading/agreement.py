@@ -44,9 +44,7 @@ def as_recordings_agree(estimate: Estimate, own: Sequence[Signals]) -> Estimate:
     """
     if len(own) < 2:
         return estimate
-    model = estimate.model
-    rows = build_regressor(model.robot, model.effects, own, estimate.filter, model=model)
-    rows = weight_rows(rows, row_weights(model.robot, model.effects, rows, own, estimate.filter))
+    rows = _rows(estimate, own)
     if estimate.information is None:
         estimate = replace(
             estimate, information=information_in(rows, estimate.base, estimate.sigma, estimate.effective_samples)
@@ -58,6 +56,25 @@ def as_recordings_agree(estimate: Estimate, own: Sequence[Signals]) -> Estimate:
     for normal, ratio in zip(by_joint, _ratios(each, whole), strict=True):
         covariance = covariance + max(0.0, ratio - 1) * inverse @ normal @ inverse
     return replace(estimate, covariance=covariance, information=pseudo_inverse(covariance))
+
+
+def theta_without_each(estimate: Estimate, own: Sequence[Signals]) -> Array:
+    """The model's parameters as all of its ``own`` k recordings but each one give them: (k, p)."""
+    rows, known = _rows(estimate, own), estimate.base.independent
+    each, prior = _equations(rows, estimate), _prior(rows, estimate)
+    slope = np.sum([one.push for one in each], axis=(0, 1)) - prior @ estimate.theta[known]
+    whole = np.sum([one.normal for one in each], axis=(0, 1)) + prior
+    theta = np.tile(estimate.theta, (len(each), 1))
+    for without, one in zip(theta, each, strict=True):
+        without[known] += pseudo_inverse(whole - one.normal.sum(axis=0)) @ (slope - one.push.sum(axis=0))
+    return theta
+
+
+def _rows(estimate: Estimate, own: Sequence[Signals]) -> Regressor:
+    """The model's rows of some recordings, as they count in a fit."""
+    model = estimate.model
+    rows = build_regressor(model.robot, model.effects, own, estimate.filter, model=model)
+    return weight_rows(rows, row_weights(model.robot, model.effects, rows, own, estimate.filter))
 
 
 def _equations(rows: Regressor, estimate: Estimate) -> list[_Equations]:

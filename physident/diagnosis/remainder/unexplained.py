@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.folds import MEMORIES
 from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_of
+from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.estimate import Estimate
@@ -29,7 +30,7 @@ LARGER = (
     2.0  # times: noise is as large on any motion, and a model whose values the holdout asks for errs by no more either
 )
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
-AS_OWN = 1.5  # times, at most: half as much again is what a model errs more by where it has not been
+AS_OWN = 1.5  # times, at most, where nothing says what is usual: half as much again is what a model errs more by where it has not been
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -40,7 +41,8 @@ class Unexplained:
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
     twice; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
-    of its own recordings, None where that is not asked."""
+    of its own recordings, None where that is not asked, and ``usual_times``: how many it is at most where nothing has changed, None where too few
+    recordings tell."""
 
     joint: int
     rms: float
@@ -58,6 +60,7 @@ class Unexplained:
     predictable: float | None = None
     bursts: tuple[Burst, ...] = ()
     times_own: float | None = None
+    usual_times: float | None = None
 
     @property
     def grown(self) -> bool:
@@ -72,12 +75,12 @@ class Unexplained:
     @property
     def as_own(self) -> bool:
         """Whether it remembers longer, and is no larger than on the model's own recordings."""
-        return self.remembers and self.times_own is not None and self.times_own <= AS_OWN
+        return self.remembers and self.times_own is not None and self.times_own <= (self.usual_times or AS_OWN)
 
     @property
     def structured(self) -> bool:
         """Whether it is more than noise, and more than the model leaves on its own recordings, where that is known."""
-        return (self.remembers and not self.as_own) or (self.times_own or 0.0) > LARGER
+        return (self.remembers and not self.as_own) or (self.times_own or 0.0) > (self.usual_times or LARGER)
 
     @property
     def description(self) -> str:
@@ -107,12 +110,16 @@ class Unexplained:
 
 
 def beside_own(
-    unexplained: Sequence[Unexplained], own: Array, torque: Array, compared: float
+    unexplained: Sequence[Unexplained], own: OwnError, torque: Array, compared: float
 ) -> tuple[Unexplained, ...]:
-    """The same beside what a model leaves of its ``own`` recordings (n,) [N m|N], where these are exact beside what a sensor would tell of
+    """The same beside what a model leaves of its ``own`` recordings, where these are exact beside what a sensor would tell of
     the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion."""
-    sigma = np.maximum(own, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared)
-    return tuple(replace(one, times_own=one.rms / float(sigma[one.joint - 1])) for one in unexplained)
+    sigma = np.maximum(own.rms, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared)
+    usual = [None] * len(sigma) if own.times is None else own.times.tolist()
+    return tuple(
+        replace(one, times_own=one.rms / float(sigma[one.joint - 1]), usual_times=usual[one.joint - 1])
+        for one in unexplained
+    )
 
 
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:

@@ -118,7 +118,7 @@ class DiagnosisRecord:
         """What is left beside what was found, in one sentence."""
         old = bool(self.missing_since_before)
         said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own))
-        own = [one.times_own for one in self.structured if one.times_own is not None]
+        own = [one for one in self.structured if one.times_own is not None]
         as_before = self.verdict == "unexplained" and own and not self.grown and not parts_of(self.findings)
         return f"{said} {as_before_sentence(own)}" if as_before else said
 

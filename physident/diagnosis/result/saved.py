@@ -120,7 +120,7 @@ def _unexplained(data: Any) -> Any:
         return data
     told = ([one["burst"]] if one.get("burst") else [] for one in data)
     return [
-        {"predictable": None, "bursts": bursts, "times_own": None, **one}
+        {"predictable": None, "bursts": bursts, "times_own": None, "usual_times": None, **one}
         for one, bursts in zip(data, told, strict=True)
     ]
 

@@ -11,7 +11,6 @@ from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
     curves_in_brief,
-    grown_in_brief,
     grown_in_words,
     incomplete_words,
     names_of,
@@ -21,6 +20,7 @@ from physident.diagnosis.result.wording import (
     placebos_in_words,
     searches_in_words,
     sense_in_words,
+    times_own_in_brackets,
     with_joints,
     wrong_unseen_sentence,
 )
@@ -265,7 +265,7 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
         of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
         return [*unseen, f"{of_diagnosed}: {no_structure_words(d.as_own)}"]
     return [*unseen, "unexplained structure in the residual:"] + [
-        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{grown_in_brief(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
+        f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{times_own_in_brackets(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
         for r in d.structured
     ]
 

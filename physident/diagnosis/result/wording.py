@@ -197,16 +197,21 @@ def no_structure_words(as_own: Sequence[Unexplained]) -> str:
     """Why a residual says nothing more: it is noise, or, on some joints, ``as_own``, as large as on the model's own recordings."""
     if not as_own:
         return "noise; the residual has no more memory than filtered noise, or lies within the noise floor"
-    times = [one.times_own or 0.0 for one in as_own]
     where = f"joint{'s' if len(as_own) > 1 else ''} {numbered([one.joint for one in as_own])}"
-    low, high = (f"{one(times):.1f}" for one in (min, max))
-    return f"no more than before; on {where} it is {low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings"
+    return f"no more than before; on {where} it is {_times_own(as_own)}"
 
 
-def as_before_sentence(times_own: Sequence[float]) -> str:
+def as_before_sentence(left: Sequence[Unexplained]) -> str:
     """How large what is left is beside what a model leaves on its own recordings."""
-    low, high = (f"{one(times_own):.1f}" for one in (min, max))
-    return f"It is {low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings."
+    return f"It is {_times_own(left)}."
+
+
+def _times_own(left: Sequence[Unexplained]) -> str:
+    """How many times what the model leaves on its own recordings, and what is usual."""
+    usual = [one.usual_times for one in left if one.usual_times is not None]
+    most = f", and up to {max(usual):.1f} times is usual" if usual else ""
+    low, high = (f"{one(x.times_own or 0.0 for x in left):.1f}" for one in (min, max))
+    return f"{low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings{most}"
 
 
 def grown_in_words(grown: Sequence[Unexplained]) -> str:
@@ -215,9 +220,9 @@ def grown_in_words(grown: Sequence[Unexplained]) -> str:
     return f"{listed(texts)} as much as on the model's own recordings"
 
 
-def grown_in_brief(left: Unexplained) -> str:
-    """How many times as large as before a residual is, in brackets, where it is several times; else empty."""
-    return f" ({left.times_own:.2g} times that of the model's own recordings)" if left.grown and left.times_own else ""
+def times_own_in_brackets(left: Unexplained) -> str:
+    """How many times as large as before a residual is, in brackets; empty where that is not asked."""
+    return f" ({left.times_own:.2g} times that of the model's own recordings)" if left.times_own else ""
 
 
 def placebos_in_words(findings: Sequence[Finding], weak: Sequence[Finding]) -> str:

@@ -1,0 +1,51 @@
+"""What a model leaves of its own recordings, and how much larger that is on a healthy arm's recordings that it was not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from physident.diagnosis.grading.agreement import theta_without_each
+from physident.dynamics.model import Model
+from physident.estimation.estimate import Estimate
+from physident.estimation.results.predictions import predictions_of
+from physident.recordings.signals import Signals
+
+Array = NDArray[np.float64]
+FEWEST = 3  # recordings: of two that are left out one by one, a single one says how the model errs
+RARE = 0.01  # of healthy arms err by more on any joint
+SMALLEST = 1e-12  # N m|N: recordings that are exact have a logarithm
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnError:
+    """The RMS (n,) [N m|N] that a model leaves of its own recordings, and how many ``times`` (n,) as large it is at most on new ones of an arm on
+    which nothing has changed; None where too few recordings tell."""
+
+    rms: Array
+    times: Array | None
+
+    @staticmethod
+    def of(estimate: Estimate, own: Sequence[Signals], new: int) -> OwnError:
+        """What a model's ``own`` recordings say of so many ``new`` ones.
+
+        Each is left out, and predicted by the model that the others give. How the logarithms of these errors scatter, joint by joint and pooled
+        over the joints, says how those of new recordings do (Student's t; Bonferroni over the joints).
+        """
+        from scipy.stats import t
+
+        model, filter = estimate.model, estimate.filter
+        rms = predictions_of(model, own, filter).rms
+        if len(own) < FEWEST:
+            return OwnError(rms=rms, times=None)
+        left_out = [
+            predictions_of(Model(model.robot, model.effects, theta), [one], filter).rms
+            for theta, one in zip(theta_without_each(estimate, own), own, strict=True)
+        ]
+        logs = np.log(np.maximum(left_out, SMALLEST) / np.maximum(rms, SMALLEST))
+        scatter = float(np.sqrt(np.mean(np.var(logs, axis=0, ddof=1))))
+        reach = t.ppf(1 - RARE / len(rms), len(rms) * (len(own) - 1)) * scatter * np.sqrt(1 / new + 1 / len(own))
+        return OwnError(rms=rms, times=np.exp(logs.mean(axis=0) + reach))
