@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from physident.diagnosis.result.wording import headline, in_words, listed, numbered, remainder_sentence
+from physident.diagnosis.result.wording import curves_in_brief, headline, in_words, listed, numbered, remainder_sentence
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
@@ -161,3 +161,13 @@ def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
     assert "comparison" in compared
     assert remainder_sentence("nothing_missing", [part], True, False, False) == "The remaining residual is noise."
     assert "comparison" in remainder_sentence("explained", (), False, True, False)
+
+
+def test_curves_are_told_in_brief_without_the_laws_near_them() -> None:
+    words = "joint 2: a torque that depends on the load, +10 N m between 76 and 90 N m; nearest: viscous_friction, 44 % of it."
+    one: Any = SimpleNamespace(joints=(2,), in_words=words)
+    assert curves_in_brief(one) == "a torque that depends on the load, +10 N m between 76 and 90 N m"
+    both: Any = SimpleNamespace(joints=(2, 3), in_words=f"{words} {words.replace('joint 2', 'joint 3')}")
+    assert curves_in_brief(both).count("depends on the load") == 2
+    assert "; joint 3: a torque" in curves_in_brief(both)
+    assert "viscous" not in curves_in_brief(both)
