@@ -142,29 +142,21 @@ def test_what_a_finding_changes_of_the_residual_says_where_it_shows(monkeypatch:
     assert member_effects.where_it_shows(complete, [0]) == pytest.approx([0.2, 0.8])
 
 
+VAGUE = ParameterValue(
+    name="mass", joint=1, value=0.2, change=0.2, std=0.2, interval95=(-0.2, 0.6), change_interval95=(-0.2, 0.6),
+    unit="kg",
+)  # fmt: skip
+
+
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:
-    vague = ParameterValue(
-        name="mass",
-        joint=1,
-        value=0.2,
-        change=0.2,
-        std=0.2,
-        interval95=(-0.2, 0.6),
-        change_interval95=(-0.2, 0.6),
-        unit="kg",
-    )
-    one = finding(2.0, 0.5, parameters=(vague,))
+    one = finding(2.0, 0.5, parameters=(VAGUE,))
     assert (grade(one), grade(one, controlled=True)) == ("contribution", "cause")
 
 
 def test_what_is_sure_of_none_of_its_values_makes_no_cause_though_a_control_says_so() -> None:
     """A payload of no mass, no first moment and no inertia is a torque that differs, and no load."""
-    vague = ParameterValue(
-        name="mass", joint=1, value=0.2, change=0.2, std=0.2, interval95=(-0.2, 0.6), change_interval95=(-0.2, 0.6),
-        unit="kg",
-    )  # fmt: skip
-    sure = replace(vague, name="mcx", value=1.0, change=1.0, interval95=(0.8, 1.2), change_interval95=(0.8, 1.2))
-    several = [finding(2.0, 0.5, parameters=some) for some in ((vague, vague), (vague, sure))]
+    sure = replace(VAGUE, name="mcx", value=1.0, change=1.0, interval95=(0.8, 1.2), change_interval95=(0.8, 1.2))
+    several = [finding(2.0, 0.5, parameters=some) for some in ((VAGUE, VAGUE), (VAGUE, sure))]
     assert [grade(one, controlled=True) for one in several] == ["contribution", "cause"]
 
 

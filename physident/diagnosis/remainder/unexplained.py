@@ -26,9 +26,7 @@ SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
 GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
-LARGER = (
-    2.0  # times: noise is as large on any motion, and a model whose values the holdout asks for errs by no more either
-)
+LARGER = 2.0  # times, where nothing says what is usual: structure however short it remembers
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
 AS_OWN = 1.5  # times, at most, where nothing says what is usual: half as much again is what a model errs more by where it has not been
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it

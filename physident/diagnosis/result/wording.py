@@ -240,21 +240,20 @@ def _properties_sentence(asked: Asked, findings: Sequence[Finding]) -> list[str]
 
 def names_of(findings: Sequence[Finding], name: Callable[[str, Sequence[int]], str]) -> list[str]:
     """What each finding is, and what it could also be; those that one effect could stand for together are named once, and it first."""
-    groups: list[tuple[dict[tuple[str, tuple[int, ...]], None], list[Finding]]] = []
+    groups: list[tuple[list[tuple[str, tuple[int, ...]]], list[Finding]]] = []
     for f in findings:
-        same = dict.fromkeys((one.effect, one.joints) for one in f.rivals if one.inseparable)
+        same = [(one.effect, one.joints) for one in f.rivals if one.inseparable]
         for shared, group in groups:
             if common := [key for key in shared if key in same]:
                 group.append(f)
-                for key in {*shared}.difference(common):
-                    del shared[key]
+                shared[:] = common
                 break
         else:
             groups.append((same, [f]))
     return [
         one_of([name(one.effect, one.joints) for one in (group[0], *group[0].rivals)])
         if len(group) == 1
-        else one_of([name(*next(iter(shared))), " with ".join(name(f.effect, f.joints) for f in group)])
+        else one_of([name(*shared[0]), " with ".join(name(f.effect, f.joints) for f in group)])
         for shared, group in groups
     ]
 

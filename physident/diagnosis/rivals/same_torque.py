@@ -92,15 +92,15 @@ def whole_friction(hypothesis: Hypothesis) -> dict[Key, WholeFriction]:
     every kind. Laws of friction of the model do so together: dry and viscous friction of a joint that both are a third larger are one change.
     """
     problem, robot = hypothesis.problem, hypothesis.problem.model.robot
-    p, together = len(problem.model.theta), dict[tuple[int, ...], list[int]]()
+    p, groups, laws = len(problem.model.theta), list[list[int]](), dict[int, list[int]]()
     for i, one in enumerate(hypothesis.accepted):
         if len(one.candidate.joints) != 1 or len(one.effect.columns(robot)) != 1:
             continue
         if one.effect.family is not Family.FRICTION:
-            together[(*one.candidate.joints, i)] = [i]
+            groups.append([i])
         elif hypothesis.extension.places[i].max() < p:
-            together.setdefault(one.candidate.joints, []).append(i)
-    groups = [group for key, group in together.items() if len(key) > 1 or len(group) > 1]
+            laws.setdefault(one.candidate.joints[0], []).append(i)
+    groups += [several for several in laws.values() if len(several) > 1]
     if not groups:
         return {}
     signals, result, some = random_motion(problem), {}, [hypothesis.accepted[i] for group in groups for i in group]
