@@ -101,6 +101,24 @@ def test_time_delay_and_torque_constant_act_on_the_motor_torque(ur5: pid.Robot) 
     np.testing.assert_allclose(0.002 * column[inner], (late - torque)[inner], atol=0.02 * np.abs(late - torque).max())
 
 
+def test_a_late_channel_shows_the_torque_of_its_joint_as_it_was(ur5: pid.Robot) -> None:
+    signals = _fine_motion(ur5)
+    torque = _rnea(ur5.pinocchio, signals)
+    effect, delays = ready("torque_delay", ur5, (2, 5)), np.array([0.003, -0.002])
+    first_order = effect.regressor(ur5, signals) @ delays
+    shown = effect.measure(ur5, delays, replace(signals, torque=torque)).torque
+    assert shown is not None
+    inner = slice(5, -5)
+    for joint, delay in zip((1, 4), delays, strict=True):
+        late = np.interp(signals.time - delay, signals.time, torque[:, joint])
+        np.testing.assert_allclose(shown[:, joint], late, atol=1e-12)
+        change = (late - torque[:, joint])[inner]
+        np.testing.assert_allclose(first_order[inner, joint], change, atol=0.02 * np.abs(change).max())
+    others = [0, 2, 3, 5]
+    np.testing.assert_array_equal(shown[:, others], torque[:, others])
+    np.testing.assert_array_equal(first_order[:, others], 0.0)
+
+
 def test_crosstalk_shows_a_share_of_the_other_joints_torques(ur5: pid.Robot) -> None:
     signals = _fine_motion(ur5)
     torque = _rnea(ur5.pinocchio, signals)

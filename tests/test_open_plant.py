@@ -169,6 +169,7 @@ def test_smooth_friction_has_its_width(width: float) -> None:
 EFFECTS = (
     (), ("coulomb_friction", (1,), -0.8), ("load_dependent_friction", (2,), 0.1), ("stribeck_friction", (1, 2), 0.7),
     ("presliding_hysteresis", (2,), 60.0), ("coupled_friction", (1, 2), 0.8), ("warm_up", (1,), 0.4), ("time_delay", (), 3e-3),
+    ("torque_delay", (2,), 5e-3),
     ("torque_constant", (2,), 0.1), ("joint_zero_offset", (2,), 0.02), ("dropped_load", (), 0.8), ("contact", (), 8.0),
 )  # fmt: skip
 

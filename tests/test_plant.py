@@ -154,6 +154,7 @@ CASES: dict[str, tuple[tuple[int, ...], float, dict[str, Any], Callable[[Known],
     ),
     "torque_constant": ((2,), 0.1, {}, lambda k: k.row(2, 0.1 * k.torque[:, 1]), 0.01),
     "torque_offset": ((6,), 0.5, {}, lambda k: k.row(6, np.full(len(k.t), 0.5)), 0.01),
+    "torque_delay": ((2,), 2e-3, {}, lambda k: k.row(2, -2e-3 * _rate(k)[:, 1]), 0.05),
     "time_delay": ((), 2e-3, {}, lambda k: -2e-3 * _rate(k), 0.05),
     "torque_ripple": (
         (2,), 2.0, {"order": 15.0, "phase": 1.0}, lambda k: k.row(2, 2 * np.sin(15 * k.q[:, 1] + 1)), 0.01,
@@ -175,7 +176,7 @@ CASES: dict[str, tuple[tuple[int, ...], float, dict[str, Any], Callable[[Known],
 
 
 # width [ms] of the smoothing below which a closed form of first order, or one that jumps, is not to be compared
-SLOW_PART = {"joint_elasticity": 40, "time_delay": 12, "contact": 8, "dropped_load": 8}
+SLOW_PART = {"joint_elasticity": 40, "torque_delay": 12, "time_delay": 12, "contact": 8, "dropped_load": 8}
 
 
 def test_every_effect_has_a_case() -> None:

@@ -101,6 +101,12 @@ NAMED: dict[str, tuple[tuple[int, ...], float, dict[str, Any], Any]] = {
     ),
     "torque_constant": ((2,), 0.05, {}, lambda: _row(2, 0.05 * TORQUE[:, 1])),
     "torque_offset": ((2,), 2.0, {}, lambda: _row(2, 2.0)),
+    "torque_delay": (
+        (4,),
+        0.008,
+        {},
+        lambda: _row(4, CubicSpline(TIME, TORQUE[:, 3])(np.maximum(TIME - 0.008, 0)) - TORQUE[:, 3]),
+    ),
     "time_delay": ((), 0.004, {}, lambda: CubicSpline(TIME, TORQUE)(np.maximum(TIME - 0.004, 0)) - TORQUE),
     "torque_ripple": ((2,), 2.0, {}, lambda: _row(2, 2.0 * np.sin(12 * RUN.q[:, 1] + 0.5))),
     "joint_spring": ((2,), 10.0, {}, lambda: _row(2, 10.0 * RUN.q[:, 1])),

@@ -13,6 +13,7 @@ from physident.simulation.simulate import simulate
 CASES: dict[str, tuple[dict[str, Any], list[float]]] = {
     "presliding_hysteresis": ({"joints": (2, 3), "distance": (0.02,)}, [300.0, 200.0]),
     "joint_elasticity": ({"joints": (2,)}, [5e-5]),
+    "torque_delay": ({"joints": (2,)}, [0.02]),
     "time_delay": ({}, [0.01]),
     "torque_constant": ({"joints": (3,)}, [0.1]),
     "torque_offset": ({"joints": (4,)}, [0.8]),

@@ -29,7 +29,14 @@ from physident.effects.learned.curves import (
     LearnedTime,
     LearnedVelocity,
 )
-from physident.effects.measurement import TimeDelay, TorqueConstant, TorqueCrosstalk, TorqueOffset, TorqueScale
+from physident.effects.measurement import (
+    TimeDelay,
+    TorqueConstant,
+    TorqueCrosstalk,
+    TorqueDelay,
+    TorqueOffset,
+    TorqueScale,
+)
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.scales.friction_level import FrictionLevel
 from physident.effects.thermal import WarmUp
@@ -58,6 +65,7 @@ CATALOGUE: dict[str, Any] = {
         TorqueScale,
         TorqueCrosstalk,
         TorqueOffset,
+        TorqueDelay,
         TimeDelay,
         TorqueRipple,
         JointSpring,

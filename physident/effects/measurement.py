@@ -1,4 +1,4 @@
-"""Errors of the torque measurement: a wrong torque constant, one scale of all torques, a constant offset, a late clock."""
+"""Errors of the torque measurement: a wrong torque constant, one scale of all torques, a constant offset, a late channel or clock."""
 
 from __future__ import annotations
 
@@ -208,6 +208,50 @@ class TorqueOffset(Effect):
 
 
 @dataclass(frozen=True)
+class TorqueDelay(Effect):
+    """tau_j(t) = tau_m_j(t - d_j), to first order -d_j dtau_m_j/dt; d in s, positive where the torque of joint j is late.
+
+    tau_m is the model's torque without measurement effects. A first-order low-pass filter of the channel with time constant d is the same
+    to first order.
+    """
+
+    name: ClassVar[str] = "torque_delay"
+    unit: ClassVar[str] = "s"
+    family: ClassVar[Family] = Family.MEASUREMENT
+    acts_on: ClassVar = "measurement"
+    pointwise: ClassVar[bool] = False
+    needs_model: ClassVar[bool] = True
+    signature: ClassVar[str] = "the whole torque of one joint lags by the same time at any speed"
+    mistaken_for: ClassVar[str] = (
+        "presliding_hysteresis: friction alone lags there, by a distance; rotor_inertia: joints without gravity torque"
+    )
+
+    def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
+        return _with_neighbours(signals, samples)
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        return _earlier(signals)[self.active(robot)]
+
+    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
+        delays = np.zeros(robot.n)
+        delays[self.active(robot)] = theta
+        return _delayed(signals, delays)
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        return " ".join(_delay_in_words(j + 1, float(d)) for j, d in zip(self.active(robot), theta, strict=True))
+
+
+def _delay_in_words(joint: int, delay: float) -> str:
+    """What a channel that is late or early by a delay [s] means."""
+    size = f"{1000 * abs(delay):.2g} ms"
+    if delay < 0:
+        return f"The torque reading of joint {joint} comes {size} before its motion: its position or velocity is late."
+    return (
+        f"The torque reading of joint {joint} comes {size} after its motion, or passes a filter that the others do not."
+    )
+
+
+@dataclass(frozen=True)
 class TimeDelay(Effect):
     """tau(t) = tau_m(t - d), to first order -d dtau_m/dt, one d for all joints; d in s, positive where torque is late."""
 
@@ -228,12 +272,27 @@ class TimeDelay(Effect):
         return every_joint_pattern(robot.n, 1)
 
     def around(self, robot: Robot, signals: Signals, samples: slice) -> slice:
-        return slice(max(0, samples.start - 1), min(len(signals.time), samples.stop + 1))
+        return _with_neighbours(signals, samples)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return -np.gradient(signals.from_model("motor"), 1 / signals.rate, axis=0).T
+        return _earlier(signals)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
-        assert signals.torque is not None
-        late = signals.time - theta[0]
-        return replace(signals, torque=np.column_stack([np.interp(late, signals.time, x) for x in signals.torque.T]))
+        return _delayed(signals, np.full(robot.n, theta[0]))
+
+
+def _with_neighbours(signals: Signals, samples: slice) -> slice:
+    """Some samples and one on either side, from which a derivative in time is taken."""
+    return slice(max(0, samples.start - 1), min(len(signals.time), samples.stop + 1))
+
+
+def _earlier(signals: Signals) -> Array:
+    """By how much (n, N) [N m/s|N/s] the model's torque was larger a little earlier, for each second of delay."""
+    return -np.gradient(signals.from_model("motor"), 1 / signals.rate, axis=0).T
+
+
+def _delayed(signals: Signals, delays: Array) -> Signals:
+    """The signals with the torque of each joint as it was a delay (n,) [s] before."""
+    assert signals.torque is not None
+    late = [np.interp(signals.time - delay, signals.time, x) for delay, x in zip(delays, signals.torque.T, strict=True)]
+    return replace(signals, torque=np.column_stack(late))

@@ -32,7 +32,7 @@ class Drives:
 
     An elastic gear (``compliance`` > 0) is two masses: the rotor, with encoder, friction, ripple and control, and the link,
     joined by a spring 1/compliance with a damper. The reported torque is
-    (1 + torque_constant) tau_m(t - time_delay) + torque_offset.
+    (1 + torque_constant) tau_m(t - delays) + torque_offset.
     """
 
     rotor_inertia: Array = field(default_factory=lambda: np.array(ROTOR_INERTIA))  # kg m^2 at the joint
@@ -41,11 +41,17 @@ class Drives:
     torque_constant: Array = field(default_factory=_zeros)  # -
     torque_offset: Array = field(default_factory=_zeros)  # N m
     time_delay: float = 0.0  # s, all joints
+    channel_delay: Array = field(default_factory=_zeros)  # s, beside that of all joints
 
     @property
     def elastic(self) -> NDArray[np.intp]:
         """Indices of the joints with an elastic gear."""
         return np.flatnonzero(self.compliance)
+
+    @property
+    def delays(self) -> Array:
+        """How late (n,) [s] the torque of each joint is reported."""
+        return self.channel_delay + self.time_delay
 
     def ripple(self, q: Array) -> Array:
         """Ripple torque (..., n) [N m] at motor positions (..., n) [rad]."""

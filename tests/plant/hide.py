@@ -161,6 +161,7 @@ EFFECTS: dict[str, tuple[Callable[[Arm, _Dose], Arm], dict[str, Any]]] = {
     "coupled_friction": (_coupled, {"viscous": 0.0}),
     "torque_constant": (_drive("torque_constant"), {}),
     "torque_offset": (_drive("torque_offset"), {}),
+    "torque_delay": (_drive("channel_delay"), {}),
     "time_delay": (_time_delay, {}),
     "torque_ripple": (_ripple, {"order": 12.0, "phase": 0.5}),
     "joint_spring": (_row("spring"), {}),

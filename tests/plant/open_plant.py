@@ -57,7 +57,9 @@ def arm_of(truth: ArmTruth, warmer: float = 0.0) -> Arm:
     arm = Arm(
         links=np.array(truth.links, dtype=float),
         friction=friction_of(truth.friction, warmer),
-        drives=Drives(truth.rotor_inertia, none, torque_constant=none, torque_offset=truth.torque_offset),
+        drives=Drives(
+            truth.rotor_inertia, none, torque_constant=none, torque_offset=truth.torque_offset, channel_delay=none
+        ),
         spring=none,
         zero_offset=none,
         temperature_rise=none,

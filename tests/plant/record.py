@@ -75,7 +75,7 @@ def record(
     run = simulate(arm, motion, controller, step)
     written, instants = sensors.instants(motion.duration, rng)
     q, v, a = (CubicSpline(run.time, x)(instants) for x in (run.q - arm.zero_offset, run.v, run.a))
-    torque = arm.drives.reported(_late(run, arm.drives.time_delay, instants))
+    torque = arm.drives.reported(_late(run, arm.drives.delays, instants))
     plain = torque_along(without or Arm(), run.time, run.q - arm.zero_offset, run.v, run.a)
     shown = sensors.positions(q)
     dq = sensors.velocities(written, shown, v, rng)
@@ -90,6 +90,7 @@ def record(
     return Record(time, shown, dq, effort, kind, warmth, *truth)  # pyright: ignore[reportArgumentType]
 
 
-def _late(run: Run, delay: float, instants: Array) -> Array:
-    """Motor torque (N, 6) [N m] as it was ``delay`` [s] before the instants."""
-    return CubicSpline(run.time, run.torque)(np.maximum(instants - delay, 0.0))
+def _late(run: Run, delays: Array, instants: Array) -> Array:
+    """Motor torque (N, n) [N m], that of each joint as it was a delay (n,) [s] before the instants."""
+    each = zip(run.torque.T, delays, strict=True)
+    return np.column_stack([CubicSpline(run.time, tau)(np.maximum(instants - delay, 0.0)) for tau, delay in each])

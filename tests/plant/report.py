@@ -40,11 +40,11 @@ def reported(arm: Arm, time: Array, q: Array, v: Array, motor: Array, seen: Arra
     disturbed. ``q``, ``v`` (N, n) as the joints truly moved; unknown (NaN) torques stay unknown, and
     are meanwhile taken as those with which the report is as ``seen``."""
     reporting = [d for d in arm.disturbances if type(d).report is not Disturbance.report]
-    delay = arm.drives.time_delay
+    delays = arm.drives.delays
     unknown = np.isnan(motor)
 
     def shown(torque: Array) -> Array:
-        torque = arm.drives.reported(_late(time, torque, delay))
+        torque = arm.drives.reported(_late(time, torque, delays))
         for disturbance in reporting:
             torque = disturbance.report(time, q, v, torque)
         return torque
@@ -55,21 +55,22 @@ def reported(arm: Arm, time: Array, q: Array, v: Array, motor: Array, seen: Arra
         seen = shown(np.where(unknown, 0.0, motor))
     trial = np.where(unknown, seen, motor)
     # a report that mixes torques shows a little of the unknown ones in others: a few corrections settle it
-    for _ in range(ROUNDS if reporting and not delay else 0):
+    for _ in range(ROUNDS if reporting and not delays.any() else 0):
         trial = trial + np.where(unknown, seen - shown(trial), 0.0)
-    told = _late(time, unknown.astype(float), delay)
+    told = _late(time, unknown.astype(float), delays)
     return np.where(unknown | (told != 0), np.nan, shown(trial))
 
 
-def _late(time: Array, torque: Array, delay: float) -> Array:
-    """Torque (N, n) [N m] as it was ``delay`` [s] before, by the cubic through the four rows around that instant."""
-    if not delay:
+def _late(time: Array, torque: Array, delays: Array) -> Array:
+    """Torque (N, n) [N m], that of each joint as it was a delay (n,) [s] before, by the cubic through the four rows around that instant."""
+    if not delays.any():
         return torque
-    behind = delay / (time[1] - time[0])
-    place = np.clip(np.arange(len(time)) - behind, 0.0, len(time) - 1.0)
+    behind = delays / (time[1] - time[0])
+    place = np.clip(np.arange(len(time))[:, None] - behind, 0.0, len(time) - 1.0)
     first = np.clip(np.floor(place).astype(int) - 1, 0, len(time) - 4)
     x = place - first
     weights = [
         -(x - 1) * (x - 2) * (x - 3) / 6, x * (x - 2) * (x - 3) / 2, -x * (x - 1) * (x - 3) / 2, x * (x - 1) * (x - 2) / 6
     ]  # fmt: skip
-    return sum((w[:, None] * torque[first + i] for i, w in enumerate(weights)), np.zeros_like(torque))
+    joint = np.arange(torque.shape[1])
+    return sum((w * torque[first + i, joint] for i, w in enumerate(weights)), np.zeros_like(torque))

@@ -155,6 +155,7 @@ ACTS: dict[str, tuple[Callable[[Machine, _Cause], Machine], dict[str, Any]]] = {
     "coupled_friction": (_coupled, {"viscous": 0.0}),
     "torque_constant": (_grow("constant"), {}),
     "torque_offset": (_grow("offset"), {}),
+    "torque_delay": (_grow("delay"), {}),
     "time_delay": (lambda m, c: replace(m, delay=m.delay + c.size), {}),
     "torque_ripple": (_ripple, {"order": 12.0, "phase": 0.5}),
     "joint_spring": (_grow("spring"), {}),

@@ -70,7 +70,7 @@ class Machine:
     play: Array
     spring: Array
     zero: Array
-    delay: float = 0.0
+    delay: Array | float = 0.0
     cool: Array | float = 1.0
     fading: tuple[tuple[Array, float], ...] = ()
     per_kelvin: tuple[Array, ...] = ()

@@ -132,14 +132,22 @@ def _without(law: Friction) -> Friction:
     )
 
 
+def _late(time: Array, torque: Array, delay: float) -> Array:
+    """Torque (N,) of one channel as it was a delay [s] before; unknown where it was unknown on either side."""
+    if not delay:
+        return torque
+    known, late = np.isfinite(torque), np.maximum(time - delay, time[0])
+    shown = CubicSpline(time, np.where(known, torque, 0.0))(late)
+    near = np.clip(np.searchsorted(time, late - 1e-12), 1, len(time) - 1)
+    shown[~(known[near] & known[near - 1])] = np.nan
+    return shown
+
+
 def reported(made: Machine, time: Array, q: Array, v: Array, torque: Array) -> Array:
     """Torque (N, n) [N m] as the instruments show that of the motors: late, scaled, shifted, and disturbed at last."""
-    if made.delay:
-        known = np.isfinite(torque)
-        late = np.maximum(time - made.delay, time[0])
-        torque = CubicSpline(time, np.where(known, torque, 0.0))(late)
-        near = np.clip(np.searchsorted(time, late - 1e-12), 1, len(time) - 1)
-        torque[~(known[near] & known[near - 1])] = np.nan
+    torque = np.column_stack(
+        [_late(time, tau, delay) for tau, delay in zip(torque.T, np.broadcast_to(made.delay, made.n), strict=True)]
+    )
     torque = (1.0 + made.constant) * torque + made.offset
     for d in made.disturbances:
         torque = d.report(time, q, v, torque)

@@ -46,6 +46,8 @@ EFFECTS = {
     "torque_crosstalk": "A torque reading shows a share of what other joints carry: calibrate the sensor with load on the other axes, or correct the"
     " readings by the model's shares.",
     "torque_offset": "The torque reading is shifted by a constant: zero the torque or current sensor again.",
+    "torque_delay": "The torque reading of this joint lags its motion: look for a filter in its current sensor or an old value that is sent again; if"
+    " friction alone lags, it is presliding.",
     "time_delay": "Torque and position are not recorded at the same time: correct the clock of the recording before anything else.",
     "torque_ripple": "Torque waves with the angle, as a gear's teeth or a motor's poles make it: if it is new, look for a damaged tooth.",
     "joint_spring": "Something pulls the joint back: check cables, hoses and balancing springs.",
