@@ -97,14 +97,14 @@ def test_a_payload_that_stands_for_a_wrong_zero_has_it_as_rival(planar: Hypothes
 def test_presliding_over_no_distance_is_coulomb_friction(planar: Hypothesis) -> None:
     """The same friction by the distance, which is known better at reversals than the sign of velocity: the simpler name counts."""
     state = accepted(planar, ("joint_zero_offset", (1,)), ("presliding_hysteresis", (2,)))
-    simpler, stands_for = by_simpler(state)
+    simpler, stands_for = by_simpler(state, same_torque(state))
     assert [one.candidate.key for one in simpler] == [("joint_zero_offset", (1,)), ("coulomb_friction", (2,))]
     assert stands_for == {("coulomb_friction", (2,)): ("presliding_hysteresis", (2,))}
     # over a distance that the joint moves within, it is something else
     far = state.accepted[1].candidate.options[-1].effect
     assert far is not None
     apart = settled_hypothesis(state.problem, [state.accepted[0], replace(state.accepted[1], effect=far)])
-    assert by_simpler(apart) == (apart.accepted, {})
+    assert by_simpler(apart, same_torque(apart)) == (apart.accepted, {})
 
 
 def test_friction_has_no_such_rival(planar: Hypothesis) -> None:
@@ -155,11 +155,11 @@ def test_friction_that_grows_with_a_load_that_is_always_the_same_is_coulomb_fric
     signals = prepare_all(robot, runs[2:], estimate.filter)
     opened = settled_hypothesis(state_problem("different", estimate, signals, estimate.filter, 0), ())
     state = accepted(opened, ("load_dependent_friction", (1,)))
-    simpler, stands_for = by_simpler(state)
+    simpler, stands_for = by_simpler(state, same_torque(state))
     assert [one.candidate.key for one in simpler] == [("coulomb_friction", (1,))]
     assert stands_for == {("coulomb_friction", (1,)): ("load_dependent_friction", (1,))}
     turning = accepted(opened, ("load_dependent_friction", (2,)))  # whose load changes with every acceleration
-    assert by_simpler(turning)[1] == {}
+    assert by_simpler(turning, same_torque(turning))[1] == {}
 
 
 LIGHT = (

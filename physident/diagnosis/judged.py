@@ -29,8 +29,8 @@ from physident.diagnosis.repeated.usual_friction import (
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import same_torque, whole_friction
+from physident.diagnosis.rivals.rivals import check_every_rival
+from physident.diagnosis.rivals.same_torque import whole_friction
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.searched import Searched
 from physident.diagnosis.stability.doubts import trust_in
@@ -58,11 +58,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     """What was found, held against rivals, halves, the control and unseen recordings."""
     last, hypothesis = searched.last, searched.last.hypothesis
     problem = hypothesis.problem
-    same, friction = same_torque(hypothesis), whole_friction(hypothesis)
-    checks = [
-        check_rivals(last, one, same.get(one.candidate.key, ()), friction.get(one.candidate.key))
-        for one in hypothesis.accepted
-    ]
+    checks = check_every_rival(last, searched.same, whole_friction(hypothesis))
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from physident.diagnosis.learned.search_and_learn import search_and_learn
+from physident.diagnosis.problem.candidates import Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.result.findings import Placebo
-from physident.diagnosis.rivals.same_torque import by_simpler
+from physident.diagnosis.rivals.same_torque import by_simpler, same_torque
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import SearchResult, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
@@ -20,11 +21,13 @@ from physident.effects.scales.shared_scale import SharedScale
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Searched:
-    """What was ``found``, its ``last`` scores with every shape refined and every effect ``stands_for`` a simpler one, and the ``placebos``."""
+    """What was ``found``, its ``last`` scores with every shape refined and every effect ``stands_for`` a simpler one, what makes the ``same``
+    torque as each on any motion, and the ``placebos``."""
 
     found: SearchResult
     last: CandidateScores
     stands_for: dict[Key, Key]
+    same: dict[Key, list[Candidate]]
     placebos: tuple[Placebo, ...]
 
 
@@ -34,9 +37,13 @@ def search_and_refine(problem: DiagnosisProblem, progress: Callable[[str], None]
     refuse_if_placebos_pass(placebos)
     problem = found.last.hypothesis.problem
     refined = _with_refined_shapes(problem, found)
-    simpler, stands_for = by_simpler(refined)
-    last = replace(found.last, hypothesis=settled_hypothesis(problem, simpler, refined) if stands_for else refined)
-    return Searched(found=found, last=last, stands_for=stands_for, placebos=placebos)
+    same = same_torque(refined)
+    simpler, stands_for = by_simpler(refined, same)
+    if stands_for:
+        refined = settled_hypothesis(problem, simpler, refined)
+        same = same_torque(refined)
+    last = replace(found.last, hypothesis=refined)
+    return Searched(found=found, last=last, stands_for=stands_for, same=same, placebos=placebos)
 
 
 def _with_refined_shapes(problem: DiagnosisProblem, found: SearchResult) -> Hypothesis:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,16 +23,17 @@ TOGETHER = 48  # columns filtered at once: a product of large matrices is severa
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """One effect's non-zeros on one joint: their indices ``entries`` among ``Effect.values``, and their ``places`` among
-    the joint's columns."""
+    """Non-zeros of an effect on one ``joint`` (from 0): their indices ``entries`` among ``Effect.values``, and their ``places`` among the
+    joint's columns."""
 
+    joint: int
     entries: NDArray[np.intp]
     places: slice
 
 
 @dataclass(frozen=True, eq=False)
 class ColumnStructure:
-    """For each joint the ``columns`` that can be non-zero in its rows; for each effect its ``targets``, one a joint."""
+    """For each joint the ``columns`` that can be non-zero in its rows; for each of the ``effects`` that are evaluated its ``targets``."""
 
     robot: Robot
     effects: Sequence[Effect]
@@ -44,16 +45,22 @@ class ColumnStructure:
         """The structure of some effects' columns, one effect after another."""
         offset = 0
         columns: list[list[int]] = [[] for _ in range(robot.n)]
-        targets = []
+        targets: list[list[Target]] = []
         for effect in effects:
             pattern = effect.pattern(robot)
             targets.append([])
             for j, joint_columns in enumerate(columns):
                 entries = np.flatnonzero(pattern[:, 0] == j)
-                targets[-1].append(Target(entries, slice(len(joint_columns), len(joint_columns) + len(entries))))
+                targets[-1].append(Target(j, entries, slice(len(joint_columns), len(joint_columns) + len(entries))))
                 joint_columns += [int(offset + c) for c in pattern[entries, 1]]
             offset += len(effect.columns(robot))
-        return ColumnStructure(robot, effects, [np.array(c, dtype=np.intp) for c in columns], targets)
+        evaluated = [one for members in _alike(effects) for one in _as_one(robot, effects, targets, members)]
+        return ColumnStructure(
+            robot=robot,
+            effects=[effect for effect, _ in evaluated],
+            columns=[np.array(c, dtype=np.intp) for c in columns],
+            targets=[own for _, own in evaluated],
+        )
 
     def fill(self, values: list[Array], first: int, signals: Signals, rows: NDArray[np.intp], filter: Filter) -> None:
         """Evaluates and filters the kept rows of one segment into ``values``, from row ``first`` on.
@@ -111,6 +118,41 @@ class ColumnStructure:
         return result
 
 
+def _alike(effects: Sequence[Effect]) -> Iterable[list[int]]:
+    """Which effects (indices) can be evaluated as one: those of one joint each that differ in their joint alone."""
+    groups: dict[object, list[int]] = {}
+    for i, effect in enumerate(effects):
+        groups.setdefault(replace(effect, joints=None) if _is_single(effect) else i, []).append(i)
+    return groups.values()
+
+
+def _is_single(effect: Effect) -> bool:
+    """Whether an effect is that of one joint, whose settings are those of any other joint, too."""
+    if effect.joints is None or len(effect.joints) != 1:
+        return False
+    shapes = {shape.field for shape in effect.shape_parameters} | {"joints"}
+    return not any(isinstance(value, tuple) for name, value in vars(effect).items() if name not in shapes)
+
+
+def _as_one(
+    robot: Robot, effects: Sequence[Effect], targets: Sequence[list[Target]], members: Sequence[int]
+) -> list[tuple[Effect, list[Target]]]:
+    """The effect to evaluate in the place of some that differ in their joint alone, and where its values go: what they have in common,
+    such as inverse dynamics and its derivatives, is then computed once. Those of which one of several joints is not the sum stay as they are."""
+    apart = [(effects[i], targets[i]) for i in members]
+    if len(members) == 1:
+        return apart
+    one = replace(effects[members[0]], joints=tuple(joint for i in members for joint in effects[i].joints or ()))
+    pattern, each = one.pattern(robot), len(effects[members[0]].columns(robot))
+    result = []
+    for k, i in enumerate(members):
+        own = np.flatnonzero(pattern[:, 1] // each == k)
+        if not np.array_equal(pattern[own] - (0, k * each), effects[i].pattern(robot)):
+            return apart
+        result += [replace(target, entries=own[target.entries]) for target in targets[i]]
+    return [(one, result)]
+
+
 def _filter_and_put(
     values: list[Array], waiting: Sequence[tuple[list[Target], Array]], rate: float, first: int, filter: Filter
 ) -> None:
@@ -125,8 +167,8 @@ def _filter_and_put(
 
 
 def _put(values: list[Array], targets: list[Target], filtered: Array, first: int) -> None:
-    for joint_values, target in zip(values, targets, strict=True):
-        joint_values[target.places, first : first + filtered.shape[1]] = filtered[target.entries]
+    for target in targets:
+        values[target.joint][target.places, first : first + filtered.shape[1]] = filtered[target.entries]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,8 @@ from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
+from physident.diagnosis.statistics.stored_products import Key
+from physident.processes import mapped
 
 Array = NDArray[np.float64]
 CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: a hundredfold record would not show it
@@ -44,11 +46,29 @@ class RivalCheck:
     friction: WholeFriction | None = None
 
 
+def check_every_rival(
+    last: CandidateScores, same: Mapping[Key, Sequence[Candidate]], friction: Mapping[Key, WholeFriction]
+) -> list[RivalCheck]:
+    """Every accepted effect beside all others, on all processors; see ``check_rivals``."""
+    hypothesis = last.hypothesis
+    candidates = {one.key: one for one in hypothesis.problem.candidates}
+    keys = [one.candidate.key for one in hypothesis.accepted]
+
+    def found(i: int) -> tuple[float, list[list[Key]]]:  # names and places: effects of users cannot be sent between processes
+        check = check_rivals(last, hypothesis.accepted[i], same.get(keys[i], ()))
+        return check.gain, [[one.key for one in some] for some in (check.rivals, check.same, check.larger)]
+
+    checks = zip(hypothesis.accepted, keys, mapped(found, range(len(keys))), strict=True)
+    return [
+        RivalCheck(one, gain, *(tuple(candidates[k] for k in names) for names in told), friction=friction.get(key))
+        for one, key, (gain, told) in checks
+    ]
+
+
 def check_rivals(
     last: CandidateScores,
     accepted: AcceptedEffect,
     same: Sequence[Candidate] = (),
-    friction: WholeFriction | None = None,
 ) -> RivalCheck:
     """The left-out gain of an accepted effect beside all others, and its rivals; the ``same`` ones where they are possible."""
     hypothesis = last.hypothesis
@@ -76,7 +96,7 @@ def check_rivals(
     alike = (c for c, gain in zip(candidates, gains, strict=True) if gain >= last.threshold and _is_larger(c, accepted))
     larger = tuple(c for c in alike if _contains(rest, c, accepted))
     gain = float(gains[candidates.index(accepted_candidate)])
-    return RivalCheck(accepted, gain, tuple(rivals), possible, larger, friction)
+    return RivalCheck(accepted, gain, tuple(rivals), possible, larger)
 
 
 def _is_larger(other: Candidate, accepted: AcceptedEffect) -> bool:

@@ -7,7 +7,7 @@ by what their columns can make on a motion that moves every joint through its ra
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,7 +54,7 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     every = outside(every)
     taken = problem.barred | {a.candidate.key for a in accepted}
     others = [
-        c
+        (c, [_Span.of(every[:, o.columns]) for o in c.options])
         for c in problem.candidates
         if c.key not in taken and not problem.is_friction_of_resting_joint(c) and not _follows_any_motion(c)
     ]
@@ -69,9 +69,8 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         level = _of_this_level(hypothesis, i)
         result[one.candidate.key] = level + [
             c
-            for c in others
-            if c not in level
-            and any(_makes(every[:, o.columns], torque, most - (len(c.options) > 1), n) for o in c.options)
+            for c, spans in others
+            if c not in level and any(span.makes(torque, most - (len(spans) > 1), n) for span in spans)
         ]
     return result
 
@@ -116,7 +115,7 @@ def whole_friction(hypothesis: Hypothesis) -> dict[Key, WholeFriction]:
         mine = (friction * (np.arange(robot.n) == j)).reshape(-1, 1)
         torque = every[:, at : at + len(group)] @ np.concatenate([hypothesis.effect_values[i] for i in group])
         at += len(group)
-        if mine.any() and _makes(outside(mine), outside(torque), 1, robot.n):
+        if mine.any() and _Span.of(outside(mine)).makes(outside(torque), 1, robot.n):
             share = float(mine[:, 0] @ torque / (mine[:, 0] @ mine[:, 0]))
             for i in group:
                 beside = tuple(hypothesis.accepted[k].candidate.name for k in group if k != i)
@@ -156,15 +155,16 @@ def _is_multiple(one: Array, other: Array) -> bool:
     return bool(np.allclose(one / np.abs(one).max(), other / np.abs(other).max()))
 
 
-def by_simpler(hypothesis: Hypothesis) -> tuple[tuple[AcceptedEffect, ...], dict[Key, Key]]:
-    """The accepted effects, each that makes nearly the torque of a simpler one of its family on any motion replaced by that
-    one; and which one stands for which.
+def by_simpler(
+    hypothesis: Hypothesis, same: Mapping[Key, Sequence[Candidate]]
+) -> tuple[tuple[AcceptedEffect, ...], dict[Key, Key]]:
+    """The accepted effects, each that makes nearly the torque of a simpler one of its family on any motion (the ``same`` torque) replaced by
+    that one; and which one stands for which.
 
     At reversals an effect that follows the distance fits better than the same friction by the sign of a velocity that is known with
     noise: presliding over no distance is Coulomb friction. So is friction that grows with a load that is always the same.
     """
-    same, taken = same_torque(hypothesis), {a.candidate.key for a in hypothesis.accepted}
-    result, stands_for = [], dict[Key, Key]()
+    taken, result, stands_for = {a.candidate.key for a in hypothesis.accepted}, [], dict[Key, Key]()
     for one in hypothesis.accepted:
         simpler = [
             c
@@ -265,14 +265,28 @@ def _rank(columns: Array) -> int:
     return int(np.sum(s > 1e-3 * s.max(initial=0.0)))
 
 
-def _makes(columns: Array, torque: Array, most: int, n: int) -> bool:
-    """Whether columns of at most so many independent torques make nearly all of a torque of n joints, in units of their noise, and on each
-    joint all but what is small beside it or beside noise: a weight on a slide is an offset there, and inertia to the joints before it."""
-    if not torque.any() or not columns.any():
-        return False
-    inner = columns.T @ columns
-    root = whitening(inner[None], inner[None])[0]
-    left = (torque - columns @ (root @ (root.T @ (columns.T @ torque)))).reshape(-1, n)
-    power, rest = (np.sum(part.reshape(-1, n) ** 2, axis=0) for part in (torque, left))
-    alike = rest.sum() < NEARLY * power.sum() and (rest < NEARLY * np.maximum(power, len(left))).all()
-    return bool(alike and _rank(columns) <= most)
+@dataclass(frozen=True, eq=False)
+class _Span:
+    """What ``columns`` (M n, k) can make: ``projector`` (k, M n) gives the values that come nearest to a torque."""
+
+    columns: Array
+    projector: Array
+    rank: int
+
+    @staticmethod
+    def of(columns: Array) -> _Span:
+        if not columns.any():
+            return _Span(columns, columns.T, 0)
+        inner = columns.T @ columns
+        root = whitening(inner[None], inner[None])[0]
+        return _Span(columns, root @ (root.T @ columns.T), _rank(columns))
+
+    def makes(self, torque: Array, most: int, n: int) -> bool:
+        """Whether columns of at most so many independent torques make nearly all of a torque of n joints, in units of their noise, and on each
+        joint all but what is small beside it or beside noise: a weight on a slide is an offset there, and inertia to the joints before it."""
+        if not torque.any() or not 0 < self.rank <= most:
+            return False
+        left = (torque - self.columns @ (self.projector @ torque)).reshape(-1, n)
+        power, rest = (np.sum(part.reshape(-1, n) ** 2, axis=0) for part in (torque, left))
+        alike = rest.sum() < NEARLY * power.sum() and (rest < NEARLY * np.maximum(power, len(left))).all()
+        return bool(alike)
