@@ -127,7 +127,7 @@ def test_halves_are_not_searched_for_what_the_whole_search_refused_as_a_leak(
     first, pair = score_candidates(settled_hypothesis(problem, ())), ("coupled_friction", PAIR)
     every = searched_in_halves(first, ())
     assert pair in every
-    monkeypatch.setattr(stability, "holds_against_leaks", lambda _, candidate: candidate.name != pair[0])
+    monkeypatch.setattr(stability, "is_not_imitated", lambda _, candidate: candidate.name != pair[0])
     assert every - searched_in_halves(first, ()) == {pair}
     assert searched_in_halves(first, (pair,)) == every
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.measurement import TorqueScale
+from physident.effects.scales.torque_scale import TorqueScale
 from physident.testing import check_effect
 from tests.made_once import made_once
 from tests.plant import Arm, hide, multisine

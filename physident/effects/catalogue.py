@@ -35,10 +35,10 @@ from physident.effects.measurement import (
     TorqueCrosstalk,
     TorqueDelay,
     TorqueOffset,
-    TorqueScale,
 )
 from physident.effects.mounting import GravityMagnitude, GravityTilt, JointZeroOffset
 from physident.effects.scales.friction_level import FrictionLevel
+from physident.effects.scales.torque_scale import TorqueScale
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file

@@ -1,4 +1,4 @@
-"""Errors of the torque measurement: a wrong torque constant, one scale of all torques, a constant offset, a late channel or clock."""
+"""Errors of the torque measurement: a wrong torque constant, torque that leaks between channels, a constant offset, a late channel or clock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Family, Scope, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
-from physident.effects.scales.shared_scale import SharedScale, sized
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -152,40 +151,6 @@ class LeakingChannels(TorqueConstant):
 
 
 @dataclass(frozen=True)
-class TorqueScale(SharedScale):
-    """tau_j = (1 + s + d_j / 100) tau_m_j: the measured torques of all joints are scaled by a share s, without a unit, and that of a
-    joint by d_j per cent more; none turns its sign.
-
-    tau_m is the model's torque without measurement effects. It changes a model whose scale is known; in a fit of the masses, too,
-    it is invisible.
-    """
-
-    name: ClassVar[str] = "torque_scale"
-    family: ClassVar[Family] = Family.MEASUREMENT
-    acts_on: ClassVar = "measurement"
-    needs_model: ClassVar[bool] = True
-    signature: ClassVar[str] = "the torques of all joints are scaled alike"
-    mistaken_for: ClassVar[str] = (
-        "friction_level where friction is most of the torque, gravity_magnitude on slow motions: record fast motions with an outstretched arm"
-    )
-
-    def values(self, robot: Robot, signals: Signals) -> Array:
-        return self.of_part(robot, signals.from_model("motor").T)
-
-    def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
-        assert signals.torque is not None
-        return replace(signals, torque=signals.torque * (1 + self.shares(robot, theta)))
-
-    def in_words(self, robot: Robot, theta: Array) -> str:
-        size, way = sized(self.shares(robot, theta))
-        size = f"{size} {way}" if way else size
-        return f"The torques of all joints are {size} than the model's, as with drive gains or a unit of another size."
-
-    def numpy_source(self, robot: Robot, theta: Array) -> str:
-        return f"{array_source(self.shares(robot, theta))} * motor"
-
-
-@dataclass(frozen=True)
 class TorqueOffset(Effect):
     """tau_j = c_j: a constant offset of the measured torque of a joint, in N m.
 
@@ -230,7 +195,7 @@ class TorqueDelay(Effect):
         return _with_neighbours(signals, samples)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return _earlier(signals)[self.active(robot)]
+        return _earlier(signals.from_model("motor"), signals.rate)[self.active(robot)]
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         delays = np.zeros(robot.n)
@@ -239,6 +204,18 @@ class TorqueDelay(Effect):
 
     def in_words(self, robot: Robot, theta: Array) -> str:
         return " ".join(_delay_in_words(j + 1, float(d)) for j, d in zip(self.active(robot), theta, strict=True))
+
+
+@dataclass(frozen=True)
+class LateFriction(TorqueDelay):
+    """tau_j = tau_m_j - d_j dF_j/dt: only what the model's torque is beside inertia and gravity, F, comes late.
+
+    It is no effect of the catalogue, but what a late channel is held against: friction that builds up over a distance lags, too.
+    """
+
+    def values(self, robot: Robot, signals: Signals) -> Array:
+        beside = signals.from_model("motor") - signals.from_model("load")
+        return _earlier(beside, signals.rate)[self.active(robot)]
 
 
 def _delay_in_words(joint: int, delay: float) -> str:
@@ -275,7 +252,7 @@ class TimeDelay(Effect):
         return _with_neighbours(signals, samples)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return _earlier(signals)
+        return _earlier(signals.from_model("motor"), signals.rate)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         return _delayed(signals, np.full(robot.n, theta[0]))
@@ -286,9 +263,9 @@ def _with_neighbours(signals: Signals, samples: slice) -> slice:
     return slice(max(0, samples.start - 1), min(len(signals.time), samples.stop + 1))
 
 
-def _earlier(signals: Signals) -> Array:
-    """By how much (n, N) [N m/s|N/s] the model's torque was larger a little earlier, for each second of delay."""
-    return -np.gradient(signals.from_model("motor"), 1 / signals.rate, axis=0).T
+def _earlier(torque: Array, rate: float) -> Array:
+    """By how much (n, N) [N m/s|N/s] a torque (N, n) was larger a little earlier, for each second of delay."""
+    return -np.gradient(torque, 1 / rate, axis=0).T
 
 
 def _delayed(signals: Signals, delays: Array) -> Signals:

@@ -13,7 +13,8 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.catalogue import DEFAULT_EFFECTS, make_effects
 from physident.effects.effect import Effect
-from physident.effects.measurement import TorqueConstant, TorqueScale
+from physident.effects.measurement import TorqueConstant
+from physident.effects.scales.torque_scale import TorqueScale
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimators import Estimator, make_estimator

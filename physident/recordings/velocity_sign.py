@@ -39,8 +39,11 @@ def velocity_sign(v: Array, half: Array, std: Array, rests: Sequence[Rests] | No
 
 def _pass_through(sign: Array, spread: Array, rests: Rests, std: float) -> None:
     """Write the sign of one joint at rest, and its spread, into ``sign`` and ``spread`` (N,)."""
+    from scipy.special import erf
+
     index, which, u = rests.samples(len(sign))
-    ends = np.nan_to_num(expected_sign(np.array([rests.before, rests.after]), np.zeros((2, 1)), std))
+    # the expected sign of a velocity that does not change
+    ends = np.nan_to_num(erf(np.array([rests.before, rests.after]) / (np.sqrt(2) * max(std, SURE))))
     before, after = ends[0, which], ends[1, which]
     through = before + (after - before) * u
     sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))

@@ -54,7 +54,9 @@ def check_every_rival(
     candidates = {one.key: one for one in hypothesis.problem.candidates}
     keys = [one.candidate.key for one in hypothesis.accepted]
 
-    def found(i: int) -> tuple[float, list[list[Key]]]:  # names and places: effects of users cannot be sent between processes
+    def found(
+        i: int,
+    ) -> tuple[float, list[list[Key]]]:  # names and places: effects of users cannot be sent between processes
         check = check_rivals(last, hypothesis.accepted[i], same.get(keys[i], ()))
         return check.gain, [[one.key for one in some] for some in (check.rivals, check.same, check.larger)]
 

@@ -22,7 +22,7 @@ from physident.diagnosis.statistics.left_out_residuals import standard_error
 from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.measurement import LeakingChannels, TorqueConstant
+from physident.effects.measurement import LateFriction, LeakingChannels, TorqueConstant, TorqueDelay
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -120,12 +120,29 @@ def _is_smaller(candidate: Candidate, family: Family, size: int) -> bool:
 
 
 def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a candidate's gain is of use, it is no leak between channels, and the extended arm is physically possible."""
+    """Whether a candidate's gain is of use, nothing imitates it, and the extended arm is physically possible."""
     return (
         is_useful(hypothesis, candidate)
-        and holds_against_leaks(hypothesis, candidate)
+        and is_not_imitated(hypothesis, candidate)
         and contradiction(hypothesis, candidate) is None
     )
+
+
+def is_not_imitated(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether a candidate is no leak between channels and no lag of friction alone."""
+    return holds_against_leaks(hypothesis, candidate) and lags_as_a_whole(hypothesis, candidate)
+
+
+def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether a late channel predicts left-out rows better than a lag of friction alone, beyond the scatter over blocks: friction that builds
+    up over a distance lags, too, and what a joint carries does not. True of any other candidate."""
+    effect = candidate.options[0].effect
+    if not isinstance(effect, TorqueDelay):
+        return True
+    friction = hypothesis.problem.fresh_columns(LateFriction(effect.joints), hypothesis.model)
+    cost = hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(friction, np.zeros(friction.count))
+    gain = (cost - left_out_costs(hypothesis, candidate)).sum(axis=1)
+    return bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
 from physident.diagnosis.rivals.rivals import RivalCheck
-from physident.diagnosis.search.acceptance import holds_against_leaks
+from physident.diagnosis.search.acceptance import is_not_imitated
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.stability.half_search import search_half
@@ -69,14 +69,14 @@ def stability_of(
 
 
 def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Key]:
-    """What the ``first`` scores could see, without what the whole search refused there as torque that leaks between channels, unless it was
-    ``found`` in the end: a half is too short to tell, and would take it for the leaks of what was found."""
+    """What the ``first`` scores could see, without what the whole search refused there as a leak between channels or a lag of friction, unless it
+    was ``found`` in the end: a half is too short to tell, and would take it for what imitates it."""
     result = set()
     for index, candidate in enumerate(first.hypothesis.data.candidates):
         if first.visible_share[index] < VISIBLE:
             continue
         told = candidate.key not in found and not candidate.placebo and first.beats_chance(index)
-        if not told or holds_against_leaks(first.hypothesis, candidate):
+        if not told or is_not_imitated(first.hypothesis, candidate):
             result.add(candidate.key)
     return result
 
