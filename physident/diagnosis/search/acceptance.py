@@ -134,15 +134,15 @@ def is_not_imitated(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a late channel predicts left-out rows better than a lag of friction alone, beyond the scatter over blocks: friction that builds
-    up over a distance lags, too, and what a joint carries does not. True of any other candidate."""
+    """Whether a late channel predicts left-out rows better than a lag of friction alone, by more than its standard error over blocks: friction
+    that builds up over a distance lags, too, and what a joint carries does not. True of any other candidate."""
     effect = candidate.options[0].effect
     if not isinstance(effect, TorqueDelay):
         return True
     friction = hypothesis.problem.fresh_columns(LateFriction(effect.joints), hypothesis.model)
     cost = hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(friction, np.zeros(friction.count))
     gain = (cost - left_out_costs(hypothesis, candidate)).sum(axis=1)
-    return bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
+    return bool(gain.sum() > standard_error(gain))
 
 
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
