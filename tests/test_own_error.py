@@ -55,15 +55,18 @@ def test_each_is_left_out_as_if_the_others_had_been_identified(robot: pid.Robot)
 
 
 def test_a_healthy_arm_errs_by_no_more_and_one_with_play_by_more(robot: pid.Robot) -> None:
-    beyond, found = 0, 0
+    beyond, found, above = 0, 0, 0
     for group in range(1, 13):
         estimate, own = usual(robot, group)
         assert own.times is not None
         new = [[recorded(100 * group + 50 + k, loose) for k in range(NEW)] for loose in (0.0, 2.0)]
         healthy, loose = (predict(estimate, some).rms / own.rms for some in new)
+        assert own.often is not None
+        above += int(np.sum(healthy * own.rms > own.often))
         beyond += int((healthy > own.times).any())
         found += int(loose[1] > own.times[1])
     assert beyond <= 1  # of twelve, at a hundredth each
+    assert 0 < above <= 6  # of 24 joints, a tenth each
     assert found == 12
 
 

@@ -84,9 +84,16 @@ class Asked:
 
     def problem(self) -> DiagnosisProblem:
         """What is searched."""
-        signals, comparison = self.comparison.signals, self.comparison
+        usual = self.own_error.often if self.own_error else None
         return state_problem(
-            self.question, self.model, signals, self.filter, self.seed, self.recording_offsets, comparison
+            self.question,
+            self.model,
+            self.comparison.signals,
+            self.filter,
+            self.seed,
+            self.recording_offsets,
+            self.comparison,
+            usual,
         )
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.learned.nearest_law import AS_MUCH, laws_of_joint, shares_of_curve
+from physident.diagnosis.learned.nearest_law import laws_by_share
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
@@ -198,17 +198,17 @@ def _clearly_less(now: Hypothesis, cost: Array, other: Array) -> bool:
 
 def _law_of_its_shape(rest: Hypothesis, curve: Candidate) -> AcceptedEffect | None:
     """The law of the same joint, or of the whole arm, that takes as much as a curve, the one of the most gain; None where there is none."""
-    laws = laws_of_joint(rest, curve.joints)
-    for share, law in sorted(zip(shares_of_curve(rest, curve, laws), laws, strict=True), key=lambda pair: -pair[0]):
-        if share < AS_MUCH:
+    for near in laws_by_share(rest, curve):
+        if not near.is_enough:
             return None
-        if is_admissible(rest, law):
-            return AcceptedEffect(law, refine_shape(rest, law))
+        if is_admissible(rest, near.law):
+            return AcceptedEffect(near.law, refine_shape(rest, near.law))
     return None
 
 
 def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> AcceptedEffect | None:
-    """The curve of the largest gain beside a hypothesis that meets every condition, or None."""
+    """The curve of the largest gain beside a hypothesis that meets every condition, or None. Beside a law of the same quantity it is also larger
+    than what the model may err by: that much shape is no change."""
     candidates = pool.candidates(now)
     if not candidates:
         return None
@@ -220,12 +220,17 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
     data = replace(now.data, candidates=tuple(every))
     judge = Judge(data, now.baseline, now.fit, now.products)
     gains = judge.gains()
-    stable = gains.evidence_without_best_fold
+    stable, at = gains.evidence_without_best_fold, [one.joints[0] - 1 for one in every]
+    taken = gains.gain.sum(axis=1)[np.arange(len(every)), at, 0]  # on the curve's own joint
     drawn = over_surrogates(now, lambda some: judge.gains(judge.products_with(some)).evidence_without_best_fold)
     level = max(threshold, effect_threshold(np.concatenate(drawn, axis=1), gains.visible))
     for index in np.argsort(-gains.evidence[:, 0]):
         candidate = every[int(index)]
         if gains.visible[index] < VISIBLE or stable[index, 0] <= level:
+            continue
+        (joint,) = candidate.joints
+        lawful = not candidate.placebo and any(_is_law(now, a, joint, _variable(candidate) or "") for a in now.accepted)
+        if lawful and taken[index] <= now.usual_power(joint):
             continue
         if candidate.placebo:
             return None  # curves after a placebo are no better than chance

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.search.acceptance import contradiction
@@ -16,9 +12,9 @@ from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
 from physident.effects.scales.shared_scale import SharedScale
 
-Array = NDArray[np.float64]
 SAME_SHAPE = 15.0  # % of a curve's RMS: a law that is nearer describes it as well as values are asked to be known
 AS_MUCH = 1 - (SAME_SHAPE / 100) ** 2  # of a curve's power
+NEARLY = 0.9  # of a curve's power: a law that takes as much may be the whole truth where a model errs
 LEAST = 0.05  # of a curve: a law that takes less is not near it
 
 
@@ -36,11 +32,35 @@ def laws_of_joint(rest: Hypothesis, joints: tuple[int, ...]) -> list[Candidate]:
     ]
 
 
-def shares_of_curve(rest: Hypothesis, curve: Candidate, laws: Sequence[Candidate]) -> Array:
-    """What each law (L,) takes of the power that a curve takes of its joint beside a hypothesis without both, on left-out rows."""
-    (joint,), data = curve.joints, replace(rest.data, candidates=(curve, *laws))
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NearLaw:
+    """A law beside a curve: the ``share`` that it takes of the curve's power on left-out rows, and whether that ``is_enough`` for it to be the law."""
+
+    law: Candidate
+    share: float
+    is_enough: bool
+
+
+def laws_by_share(rest: Hypothesis, curve: Candidate) -> list[NearLaw]:
+    """The laws of a curve's joint, beside a hypothesis without both, those first that take most of the curve.
+
+    A law is enough where it takes as much as values are asked to be known, or nearly all, and what it leaves of the curve is no larger than what
+    the model may err by on new recordings of a healthy arm: that much shape is no change.
+    """
+    (joint,), laws = curve.joints, laws_of_joint(rest, curve.joints)
+    data = replace(rest.data, candidates=(curve, *laws))
     taken = left_out_gains(data, rest.baseline, rest.fit, products=rest.products).gain.sum(axis=1)[:, joint - 1, 0]
-    return taken[1:] / max(float(taken[0]), 1e-300)
+    shares = taken[1:] / max(float(taken[0]), 1e-300)
+    usual = rest.usual_power(joint)
+    found = [
+        NearLaw(
+            law=law,
+            share=float(share),
+            is_enough=bool(share >= AS_MUCH or (share >= NEARLY and (1 - share) * taken[0] <= usual)),
+        )
+        for law, share in zip(laws, shares, strict=True)
+    ]
+    return sorted(found, key=lambda one: -one.share)
 
 
 def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
@@ -50,14 +70,13 @@ def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
         return ""
     others = [one for one in hypothesis.accepted if one is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
-    laws, said = laws_of_joint(rest, accepted.candidate.joints), "no effect of the catalogue has this shape"
-    shares = shares_of_curve(rest, accepted.candidate, laws)
-    for share, law in sorted(zip(shares, laws, strict=True), key=lambda pair: -pair[0]):
-        if share < LEAST:
+    said = "no effect of the catalogue has this shape"
+    for near in laws_by_share(rest, accepted.candidate):
+        if near.share < LEAST:
             break
-        if contradiction(rest, law) is not None:
+        if contradiction(rest, near.law) is not None:
             continue
-        if share >= AS_MUCH:
-            return f"{law.name} takes as much of it."
-        return f"{said}; nearest: {law.name}, {100 * min(float(share), 1.0):.0f} % of it."
+        if near.is_enough:
+            return f"{near.law.name} takes as much of it."
+        return f"{said}; nearest: {near.law.name}, {100 * min(near.share, 1.0):.0f} % of it."
     return f"{said}, and none takes {100 * LEAST:.0f} % of it."

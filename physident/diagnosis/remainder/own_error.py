@@ -17,16 +17,19 @@ from physident.recordings.signals import Signals
 Array = NDArray[np.float64]
 FEWEST = 3  # recordings: of two that are left out one by one, a single one says how the model errs
 RARE = 0.01  # of healthy arms err by more on any joint
+OFTEN = 0.9  # of the joints of healthy arms err by no more
 SMALLEST = 1e-12  # N m|N: recordings that are exact have a logarithm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OwnError:
-    """The RMS (n,) [N m|N] that a model leaves of its own recordings, and how many ``times`` (n,) as large it is at most on new ones of an arm on
-    which nothing has changed; None where too few recordings tell."""
+    """The RMS (n,) [N m|N] that a model leaves of its own recordings; how many ``times`` (n,) as large it is at most on new ones of an arm on
+    which nothing has changed, and the RMS ``often`` (n,) [N m|N] that nine of ten joints of such an arm do not exceed there; None where too few
+    recordings tell."""
 
     rms: Array
     times: Array | None
+    often: Array | None = None
 
     @staticmethod
     def of(estimate: Estimate, own: Sequence[Signals], new: int) -> OwnError:
@@ -47,5 +50,8 @@ class OwnError:
         ]
         logs = np.log(np.maximum(left_out, SMALLEST) / np.maximum(rms, SMALLEST))
         scatter = float(np.sqrt(np.mean(np.var(logs, axis=0, ddof=1))))
-        reach = t.ppf(1 - RARE / len(rms), len(rms) * (len(own) - 1)) * scatter * np.sqrt(1 / new + 1 / len(own))
-        return OwnError(rms=rms, times=np.exp(logs.mean(axis=0) + reach))
+        spread, degrees = scatter * np.sqrt(1 / new + 1 / len(own)), len(rms) * (len(own) - 1)
+        times, often = (
+            np.exp(logs.mean(axis=0) + t.ppf(share, degrees) * spread) for share in (1 - RARE / len(rms), OFTEN)
+        )
+        return OwnError(rms=rms, times=times, often=often * rms)

@@ -161,6 +161,14 @@ class Hypothesis:
         rests = rest_rows(self.extension.model, self.problem.signals, self.problem.filter)
         return rests.friction * self.data.regressor.counted
 
+    def usual_power(self, joint: int) -> float:
+        """The squared error, in units of the noise, that a healthy joint (from 1) shows in as many rows; zero where that is not known."""
+        problem, j = self.problem, joint - 1
+        if problem.usual_error is None:
+            return 0.0
+        rows = problem.regressor.counted[self.in_folds, j].sum()
+        return float(rows * (self.fit.weights[j] * problem.usual_error[j]) ** 2)
+
     @property
     def torque(self) -> Array:
         """The measured torque (M, n) [N m|N] after the filter."""
