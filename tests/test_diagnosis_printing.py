@@ -131,6 +131,18 @@ def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diag
     assert "is noise" not in text
 
 
+def test_where_the_model_errs_differently_on_its_own_recordings_a_change_may_hide(diagnosis: pid.Diagnosis) -> None:
+    """As large as usual is proof only where what is usual is narrow."""
+    for times, hides in (([1.4, 1.4], False), ([1.4, 8.0], True)):
+        own = OwnError(rms=np.array([0.9, 0.8]), times=np.array(times))
+        beside = beside_own([remainder(1), remainder(2)], own, np.ones((4, 2)), 0.0)
+        assert not any(one.structured for one in beside)
+        text = told(diagnosis, "nothing_missing", beside)
+        assert ("verdict: nothing has changed" in text) is not hides
+        assert ("verdict: no change was found" in text) is hides
+        assert ("On joint 2 a change may hide in it" in text) is hides
+
+
 def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:
     """As play in a gear shows: at reversals, for some hundredths of a second each, and noise is as large on any motion."""
     (noise,) = beside_own([remainder(1, memory=0.1)], OwnError(rms=np.array([1.0]), times=None), np.ones((4, 1)), 0.0)

@@ -211,7 +211,7 @@ def _background(scene: Scene, names: Mapping[str, str]) -> set[Key]:
 
 def descriptions(diagnosis: Any) -> tuple[tuple[int, ...], str]:
     """Joints on which structure is described without a name, and the words."""
-    structured = diagnosis.structured
+    structured = diagnosis.structured or diagnosis.may_hide
     words = "; ".join(f"{r.joint}: {r.description}" for r in structured)
     return tuple(r.joint for r in structured), words
 

@@ -76,6 +76,11 @@ class Unexplained:
         return self.remembers and self.times_own is not None and self.times_own <= (self.usual_times or AS_OWN)
 
     @property
+    def may_hide_a_change(self) -> bool:
+        """Whether it is larger than on the model's own recordings, and no larger than usual, where these differ by so much that this says little."""
+        return self.as_own and (self.times_own or 0.0) > 1.0 and (self.usual_times or 0.0) > LARGER
+
+    @property
     def structured(self) -> bool:
         """Whether it is more than noise, and more than the model leaves on its own recordings, where that is known."""
         return (self.remembers and not self.as_own) or (self.times_own or 0.0) > (self.usual_times or LARGER)

@@ -19,6 +19,7 @@ from physident.diagnosis.result.wording import (
     as_before_sentence,
     grown_sentence,
     headline,
+    hidden_sentence,
     parts_of,
     remainder_sentence,
     wrong_baseline_sentence,
@@ -120,7 +121,18 @@ class DiagnosisRecord:
         said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own))
         own = [one for one in self.structured if one.times_own is not None]
         as_before = self.verdict == "unexplained" and own and not self.grown and not parts_of(self.findings)
-        return f"{said} {as_before_sentence(own)}" if as_before else said
+        if as_before:
+            return f"{said} {as_before_sentence(own)}"
+        return f"{said} {hidden_sentence(self.may_hide)}" if self.may_hide else said
+
+    @property
+    def may_hide(self) -> tuple[Unexplained, ...]:
+        """Where nothing was found, the joints on which a change may hide in what the model errs by on any recording, those first that have
+        grown most."""
+        if self.verdict != "nothing_missing" or parts_of(self.findings):
+            return ()
+        hidden = [one for one in self.unexplained if one.may_hide_a_change]
+        return tuple(sorted(hidden, key=lambda one: -(one.times_own or 0.0)))
 
     @property
     def causes(self) -> tuple[Finding, ...]:

@@ -74,7 +74,8 @@ def wrapped(row: str) -> list[str]:
 def _verdict(d: DiagnosisRecord) -> str:
     name = d.verdict.replace("_", " ")
     if d.verdict == "nothing_missing":
-        nothing = "nothing has changed" if d.question == "different" else "nothing is missing"
+        changed = "no change was found" if d.may_hide else "nothing has changed"
+        nothing = changed if d.question == "different" else "nothing is missing"
         name = "no main cause" if parts_of(d.findings) else nothing
     if d.verdict == "explained" and d.wrong_baseline:
         name = "explained by more causes than these recordings can prove"
@@ -261,12 +262,13 @@ def _value(v: ParameterValue, several: bool) -> str:
 
 def _unexplained(d: DiagnosisRecord) -> list[str]:
     unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
-    if not d.structured:
-        of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
-        return [*unseen, f"{of_diagnosed}: {no_structure_words(d.as_own)}"]
-    return [*unseen, "unexplained structure in the residual:"] + [
+    of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
+    head = (
+        "unexplained structure in the residual:" if d.structured else f"{of_diagnosed}: {no_structure_words(d.as_own)}"
+    )
+    return [*unseen, head] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{times_own_in_brackets(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
-        for r in d.structured
+        for r in d.structured or d.may_hide
     ]
 
 

@@ -201,6 +201,15 @@ def no_structure_words(as_own: Sequence[Unexplained]) -> str:
     return f"no more than before; on {where} it is {_times_own(as_own)}"
 
 
+def hidden_sentence(left: Sequence[Unexplained]) -> str:
+    """That a change may hide in what is left of some joints, and what would show it."""
+    where = f"joint{'s' if len(left) > 1 else ''} {numbered(sorted(one.joint for one in left))}"
+    return (
+        f"On {where} a change may hide in it, because the model errs so differently on its own recordings: repeat a motion of theirs, or"
+        " identify from more of them."
+    )
+
+
 def as_before_sentence(left: Sequence[Unexplained]) -> str:
     """How large what is left is beside what a model leaves on its own recordings."""
     return f"It is {_times_own(left)}."

@@ -21,7 +21,7 @@ from physident.report.markup import joined, tag
 from physident.report.numbers import SPACE, change, number, percent, quantity
 from physident.report.reread import Reread
 from physident.report.sections.arm import arm_picture
-from physident.report.sections.practice import OLD, UNCHANGED, WITHOUT_CAUSE, practice
+from physident.report.sections.practice import OLD, UNCHANGED, UNSETTLED, WITHOUT_CAUSE, practice
 
 MARKS = {
     "explained": "explained",
@@ -57,7 +57,14 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
         return [tag("p", f"Look at {joints}{when}{far}.", class_="practice")]
     if not c.causes:
         if c.verdict == "nothing_missing" and c.question == "different":
-            return [tag("p", UNCHANGED, OLD if c.missing_since_before else "", class_="practice")]
+            return [
+                tag(
+                    "p",
+                    UNSETTLED if c.may_hide else UNCHANGED,
+                    OLD if c.missing_since_before else "",
+                    class_="practice",
+                )
+            ]
         partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
         return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
     items = [

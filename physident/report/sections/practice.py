@@ -9,6 +9,9 @@ from physident.effects.classification import Family
 
 PLAIN = "coulomb_friction"
 UNCHANGED = "Nothing that these recordings show has changed on the arm: nothing needs to be done."
+UNSETTLED = (
+    "No change was found, and these recordings cannot rule one out: record again as listed under “What to record next”."
+)
 OLD = " What the model lacks, it lacked before: ask what is missing from it, with its own recordings."
 WITHOUT_CAUSE = {
     "nothing_missing": "The model is as good as the measurement: nothing needs to be done.",

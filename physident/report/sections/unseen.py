@@ -88,9 +88,10 @@ def _incomplete(c: DiagnosisRecord) -> list[Markup]:
 
 
 def _remainder(c: DiagnosisRecord) -> list[Markup]:
-    left = c.structured
+    left = c.structured or c.may_hide
+    as_own = [] if c.structured else [tag("p", f"Unexplained: {no_structure_words(c.as_own)}.")]
     if not left:
-        return [tag("p", f"Unexplained: {no_structure_words(c.as_own)}.")]
+        return as_own
     units = c.model.robot.torque_units
     head = ["", "RMS", "memory", "noise's memory", "description"]
     rows = [
@@ -100,4 +101,4 @@ def _remainder(c: DiagnosisRecord) -> list[Markup]:
         ]
         for r in left
     ]  # fmt: skip
-    return [tag("h3", "Unexplained structure"), table(head, rows, class_="numbers")]
+    return [*as_own, tag("h3", "Unexplained structure"), table(head, rows, class_="numbers")]
