@@ -89,7 +89,7 @@ def finding(effect: str, joints: tuple[int, ...], *rivals: tuple[str, tuple[int,
 def answer(*findings: Any, described: tuple[int, ...] = (), estimate: Any = None) -> Any:
     """A diagnosis that somebody made up."""
     rest = tuple(SimpleNamespace(joint=j, description="made up") for j in described)
-    return SimpleNamespace(findings=findings, structured=rest, estimate=estimate, verdict="made up")
+    return SimpleNamespace(findings=findings, structured=rest, may_hide=(), estimate=estimate, verdict="made up")
 
 
 def truth(known: Known) -> list[Any]:
