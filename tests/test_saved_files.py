@@ -98,7 +98,7 @@ def test_diagnosis_file() -> None:
     for one in again["unexplained"]:
         assert one.pop("predictable") is None
         assert one.pop("bursts") == []
-        assert (one.pop("times_own"), one.pop("usual_times")) == (None, None)
+        assert (one.pop("times_own"), one.pop("usual_times"), one.pop("may_hide_a_change")) == (None, None, False)
     for one in again["recordings"]:
         assert one.pop("repeats") is None
     for errors in (again["score"]["before"], again["score"]["after"]):

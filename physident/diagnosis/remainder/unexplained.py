@@ -109,7 +109,7 @@ class Unexplained:
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
-        return {**asdict(self), "structured": self.structured}
+        return {**asdict(self), "structured": self.structured, "may_hide_a_change": self.may_hide_a_change}
 
 
 def beside_own(
