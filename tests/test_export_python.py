@@ -15,6 +15,8 @@ from physident.effects.friction import NonlinearViscousFriction, StribeckFrictio
 from physident.effects.hysteresis import PreslidingHysteresis
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, TorqueRipple
+from physident.estimation.estimate import as_estimate
+from physident.export.formats import Targets, export_files
 from physident.export.python import python_of
 from physident.identifiability.base_parameters import random_motion
 from tests.exported_arms import lumped, physical_model, random_states
@@ -62,6 +64,25 @@ def test_python_refuses_what_needs_other_instants() -> None:
     model = pid.Model.nominal(lumped(), ["rigid_body", "joint_elasticity", "time_delay"])
     with pytest.raises(pid.InputError, match=r"cannot express joint_elasticity, time_delay; expected .*hysteresis"):
         python_of(model)
+
+
+def test_a_late_reading_is_left_out_of_a_function_of_one_instant_and_told(tmp_path: Path) -> None:
+    robot = lumped()
+    given = pid.make_effects(["rigid_body", "coulomb_friction"])
+    late = pid.make_effects([*given, pid.CATALOGUE["torque_delay"]((2,)), "time_delay"])
+    theta = np.random.default_rng(21).uniform(0.1, 1.0, size=len(pid.Model.nominal(robot, given).theta))
+    model = pid.Model(robot, late, np.append(theta, [0.012, 0.004]))
+    told = export_files(
+        as_estimate(model, pid.Filter(5.0)), Targets(python=tmp_path / "arm.py", c=tmp_path / "arm.c")
+    ).text
+    assert "whose torque is that of one instant: torque_delay: The torque reading of joint 2 comes 12 ms after" in told
+    assert "; time_delay [s] 0.004" in told
+    space: dict = {}
+    exec((tmp_path / "arm.py").read_text(), space)
+    s = random_states(robot, seed=22, count=20)
+    expected = pid.Model(robot, given, theta).torque(s)
+    np.testing.assert_allclose(space["torque"](s.q, s.v, s.a), expected, rtol=1e-9, atol=1e-9)
+    assert (tmp_path / "arm.c").stat().st_size > 1000
 
 
 def test_python_function_remembers_and_ages_as_the_model_does() -> None:

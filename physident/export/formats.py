@@ -8,7 +8,7 @@ from pathlib import Path
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.export.code import c_of, export_casadi
-from physident.export.held import Held
+from physident.export.held import Held, of_one_instant
 from physident.export.mjcf.callback import callback_of, with_callback
 from physident.export.mjcf.mjcf import mjcf_of
 from physident.export.mjcf.patch import patch_mjcf
@@ -68,10 +68,14 @@ def export_files(estimate: Estimate, to: Targets) -> Exported:
         shown.append(repr(urdf))
     if to.json is not None:
         texts[to.json] = json_text(parameters_of(estimate))
+    timely, late = of_one_instant(model)
+    functions = [path for path in (to.python, to.c, to.casadi) if path is not None]
     if to.python is not None:
-        texts[to.python] = python_of(model)
+        texts[to.python] = python_of(timely)
     if to.c is not None:
-        texts[to.c] = c_of(model)
+        texts[to.c] = c_of(timely)
+    if functions and late:
+        shown.append(f"not in {', '.join(map(str, functions))}, whose torque is that of one instant: {'; '.join(late)}")
     mjcf = None
     if to.mjcf is not None or to.patch is not None:
         mjcf = mjcf_of(model, (to.mjcf or Path()).parent, to.meshes)
@@ -93,7 +97,7 @@ def export_files(estimate: Estimate, to: Targets) -> Exported:
         for path, text in texts.items():
             write_text(path, text)
         if to.casadi is not None:
-            export_casadi(model, to.casadi)
+            export_casadi(timely, to.casadi)
     if mjcf is not None:
         shown.append(repr(mjcf))
         if mjcf.held.left_out and to.callback is None:

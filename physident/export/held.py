@@ -74,6 +74,15 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
     return Held(part, tuple(folded), tuple(lost), tuple(measured), tuple(left_out))
 
 
+def of_one_instant(model: Model) -> tuple[Model, tuple[str, ...]]:
+    """The model without its delays of the torque measurement, which no function of one instant has, and a line for each."""
+    kept = [(e, theta) for e, theta in model.effect_parameters() if e.pointwise or e.acts_on != "measurement"]
+    late = [(e, theta) for e, theta in model.effect_parameters() if not e.pointwise and e.acts_on == "measurement"]
+    parameters = np.concatenate([np.zeros(0), *(theta for _, theta in kept)])
+    lines = tuple(described(model.robot, effect, theta) for effect, theta in late)
+    return Model(model.robot, tuple(effect for effect, _ in kept), parameters), lines
+
+
 def _written(joint: Joint, line: Line) -> str:
     """What was written for the friction of a joint, in one line."""
     damping, dry = f"{line.damping:.4g} {joint.unit('N m s/rad')}", f"{line.dry:.4g} {joint.unit('N m')}"
