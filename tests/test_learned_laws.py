@@ -65,3 +65,41 @@ def test_a_shape_that_the_model_errs_by_anyway_is_no_curve(
     (near,) = nearest_law.laws_by_share(beside(usual_error, monkeypatch, {"spring": share}), curve)
     assert near.share == pytest.approx(share)
     assert near.is_enough is enough
+
+
+@pytest.mark.parametrize(
+    ("law_of", "usual_error", "learned"),
+    [("position", 3.0, False), ("position", 1.0, True), ("velocity", 3.0, True), (None, 3.0, True)],
+)
+def test_beside_a_law_of_the_same_quantity_a_curve_is_more_than_what_the_model_errs_by(
+    law_of: str | None, usual_error: float, learned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The curve takes 2 N m of its joint, and every other condition is met."""
+    curve = SimpleNamespace(joints=(1,), placebo=False)
+    gains = SimpleNamespace(
+        gain=np.full((1, 1, 1, 1), POWER * ROWS),
+        evidence=np.array([[100.0]]),
+        evidence_without_best_fold=np.array([[50.0]]),
+        visible=np.ones(1),
+    )
+    monkeypatch.setattr(learn, "replace", lambda data, **_: data)
+    monkeypatch.setattr(learn, "left_out_gains", lambda *_, **__: gains)
+    monkeypatch.setattr(learn, "Judge", lambda *_: SimpleNamespace(gains=lambda *_: gains))
+    monkeypatch.setattr(learn, "over_surrogates", lambda *_: [np.zeros((1, 3))])
+    monkeypatch.setattr(learn, "effect_threshold", lambda *_: 10.0)
+    monkeypatch.setattr(learn, "is_admissible", lambda *_: True)
+    monkeypatch.setattr(learn, "_variable", lambda _: "position")
+    monkeypatch.setattr(learn, "_effect", lambda _: None)
+    monkeypatch.setattr(learn, "with_own_width", lambda *_: "curve")
+    monkeypatch.setattr(learn, "_is_law", lambda _now, one, _joint, variable: one == variable)
+    now: Any = SimpleNamespace(
+        data=None,
+        baseline=None,
+        fit=None,
+        products=None,
+        accepted=[law_of],
+        usual_power=lambda _: ROWS * usual_error**2,
+    )
+    pool: Any = SimpleNamespace(candidates=lambda _: [curve], placebo_candidates=lambda _: [])
+    found = learn._best_beside(now, pool, 10.0)
+    assert (found is not None) is learned
