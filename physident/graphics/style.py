@@ -46,7 +46,7 @@ EFFECTS = {
     "coupled_friction": "#4BB478",
     "joint_elasticity": "#A569D2",
     "torque_ripple": "#3CA5B4",
-    "torque_delay": "#5A6E3C",
+    "torque_delay": "#695AFF",
     "time_delay": "#B4D2FF",
     "learned_position": "#E1691E",
     "learned_position_friction": "#0069A5",
