@@ -76,11 +76,15 @@ def held_by(model: Model, holds: Callable[[Effect, Array], bool]) -> Held:
 
 def of_one_instant(model: Model) -> tuple[Model, tuple[str, ...]]:
     """The model without its delays of the torque measurement, which no function of one instant has, and a line for each."""
-    kept = [(e, theta) for e, theta in model.effect_parameters() if e.pointwise or e.acts_on != "measurement"]
-    late = [(e, theta) for e, theta in model.effect_parameters() if not e.pointwise and e.acts_on == "measurement"]
+    kept: list[tuple[Effect, Array]] = []
+    late: list[str] = []
+    for effect, theta in model.effect_parameters():
+        if effect.acts_on == "measurement" and not effect.pointwise:
+            late.append(described(model.robot, effect, theta))
+        else:
+            kept.append((effect, theta))
     parameters = np.concatenate([np.zeros(0), *(theta for _, theta in kept)])
-    lines = tuple(described(model.robot, effect, theta) for effect, theta in late)
-    return Model(model.robot, tuple(effect for effect, _ in kept), parameters), lines
+    return Model(model.robot, tuple(effect for effect, _ in kept), parameters), tuple(late)
 
 
 def _written(joint: Joint, line: Line) -> str:

@@ -39,11 +39,8 @@ def velocity_sign(v: Array, half: Array, std: Array, rests: Sequence[Rests] | No
 
 def _pass_through(sign: Array, spread: Array, rests: Rests, std: float) -> None:
     """Write the sign of one joint at rest, and its spread, into ``sign`` and ``spread`` (N,)."""
-    from scipy.special import erf
-
     index, which, u = rests.samples(len(sign))
-    # the expected sign of a velocity that does not change
-    ends = np.nan_to_num(erf(np.array([rests.before, rests.after]) / (np.sqrt(2) * max(std, SURE))))
+    ends = np.nan_to_num(_sign_of_steady(np.array([rests.before, rests.after]), max(std, SURE)))
     before, after = ends[0, which], ends[1, which]
     through = before + (after - before) * u
     sign[index] = np.where(before * after < 0, through, through * (1 - 4 * u * (1 - u)))
@@ -65,6 +62,13 @@ def expected_sign(v: Array, half: Array, std: Array | float) -> Array:
     return mean
 
 
+def _sign_of_steady(v: Array, std: Array | float) -> Array:
+    """Expected sign of a velocity that does not change during a sample."""
+    from scipy.special import erf
+
+    return erf(v / (np.sqrt(2) * std))
+
+
 def _expected_near_zero(v: Array, half: Array, std: Array) -> Array:
     from scipy.special import erf
 
@@ -76,4 +80,4 @@ def _expected_near_zero(v: Array, half: Array, std: Array) -> Array:
         return x * erf(z) + std * np.sqrt(2 / np.pi) * np.exp(-(z**2))
 
     mean = (integral(v + step) - integral(v - step)) / (2 * step)
-    return np.clip(np.where(small, erf(v / (np.sqrt(2) * std)), mean), -1.0, 1.0)
+    return np.clip(np.where(small, _sign_of_steady(v, std), mean), -1.0, 1.0)

@@ -228,12 +228,12 @@ def _best_beside(now: Hypothesis, pool: CurvePool, threshold: float) -> Accepted
         candidate = every[int(index)]
         if gains.visible[index] < VISIBLE or stable[index, 0] <= level:
             continue
-        (joint,) = candidate.joints
-        lawful = not candidate.placebo and any(_is_law(now, a, joint, _variable(candidate) or "") for a in now.accepted)
-        if lawful and taken[index] <= now.usual_power(joint):
-            continue
         if candidate.placebo:
             return None  # curves after a placebo are no better than chance
+        (joint,), variable = candidate.joints, _variable(candidate) or ""
+        lawful = any(_is_law(now, one, joint, variable) for one in now.accepted)
+        if lawful and taken[index] <= now.usual_power(joint):
+            continue
         if is_admissible(_fresh(now), candidate):
             return AcceptedEffect(candidate, with_own_width(now, candidate, _effect(candidate)))
     return None

@@ -35,6 +35,8 @@ WORSE = 1.0  # %: a smaller rise is not mentioned
 def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Markup:
     """The head of the page: the answer in words, what to do, and the arm with the joints of each cause."""
     mark = tag("b", MARKS[c.verdict], class_=c.verdict)
+    if c.may_hide:  # what cannot be ruled out is not marked as good
+        mark = tag("b", "no change found", class_="partly_explained")
     text = tag(
         "div",
         tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
@@ -57,14 +59,8 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
         return [tag("p", f"Look at {joints}{when}{far}.", class_="practice")]
     if not c.causes:
         if c.verdict == "nothing_missing" and c.question == "different":
-            return [
-                tag(
-                    "p",
-                    UNSETTLED if c.may_hide else UNCHANGED,
-                    OLD if c.missing_since_before else "",
-                    class_="practice",
-                )
-            ]
+            said = UNSETTLED if c.may_hide else UNCHANGED
+            return [tag("p", said, OLD if c.missing_since_before else "", class_="practice")]
         partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
         return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
     items = [
