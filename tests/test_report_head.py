@@ -116,6 +116,22 @@ def test_every_verdict_without_a_cause_says_what_to_do(folder: Path, tmp_path: P
     assert not [bars for bars in shown.all("div", "bars") if len(bars.all("i")) != 1]  # there is no extended model
 
 
+@pytest.mark.parametrize(("usual", "mark"), [(1.4, "nothing missing"), (8.0, "no change found")])
+def test_no_report_is_marked_as_good_where_a_change_may_hide(
+    usual: float, mark: str, folder: Path, tmp_path: Path
+) -> None:
+    data = json.loads((folder / "diagnosis.json").read_text())
+    longer = {"memory": 1.0, "white_memory": 0.1, "times_own": 1.2, "usual_times": usual}
+    data |= {"question": "different", "verdict": "nothing_missing", "findings": [], "extended_model": None}
+    data["unexplained"] = [one | longer for one in data["unexplained"]]
+    saved = tmp_path / "diagnosis.json"
+    saved.write_text(json.dumps(data))
+    (head,) = page(saved).all("header")
+    assert mark in head.text
+    assert ("cannot rule one out" in head.text) is (mark == "no change found")
+    assert ("nothing needs to be done" in head.text) is (mark == "nothing missing")
+
+
 def test_what_is_plain_friction_by_another_name_asks_for_no_more() -> None:
     assert practice("presliding_hysteresis", ["coulomb_friction"]) == practice("coulomb_friction")
     assert (
