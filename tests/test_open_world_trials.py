@@ -19,7 +19,7 @@ from studies.open_world import bench, drawing, judge, sizing, trial
 from studies.open_world.causes import TIERS
 from studies.open_world.drawing import drawn
 from studies.open_world.scoring import score, score_outside, score_twin
-from studies.open_world.summary import FIGURES, summary, table
+from studies.open_world.summary import FIGURES, figure, share, summary, table
 from studies.open_world.taken import Taken
 from studies.open_world.trial import Kind, Scene, Trial, outside_of, parts, scene_of
 from tests.plant import open_plant
@@ -82,7 +82,9 @@ def made(world: None) -> Callable[[str], Known]:
 def finding(effect: str, joints: tuple[int, ...], *rivals: tuple[str, tuple[int, ...]], **more: Any) -> Any:
     """A finding as a diagnosis has it, as far as it is judged."""
     others = tuple(SimpleNamespace(effect=name, joints=where) for name, where in rivals)
-    values = tuple(SimpleNamespace(name=effect, joint=j, change=1.0) for j in joints or (0,))
+    values = tuple(
+        SimpleNamespace(name=effect, joint=j, change=1.0, change_interval95=(0.5, 1.5)) for j in joints or (0,)
+    )
     return SimpleNamespace(effect=effect, joints=joints, rivals=others, parameters=values, **more)
 
 
@@ -97,7 +99,9 @@ def truth(known: Known) -> list[Any]:
     found = []
     for h in known.trial.hidden:
         f = finding(h.effect, h.joints)
-        f.parameters = (SimpleNamespace(name=h.effect, joint=h.joints[0] if h.joints else 0, change=h.size),)
+        ends = (0.9 * h.size, 1.2 * h.size)
+        joint = h.joints[0] if h.joints else 0
+        f.parameters = (SimpleNamespace(name=h.effect, joint=joint, change=h.size, change_interval95=ends),)
         found.append(f)
     return found
 
@@ -190,11 +194,18 @@ def test_the_true_model_gains_what_taking_the_torque_away_gains(made: Callable[[
     assert judged(known, *truth(known)).gain is None
 
 
-def test_a_value_is_judged_by_its_error(made: Callable[[str], Known]) -> None:
+def test_a_value_is_judged_by_its_error_and_its_interval(made: Callable[[str], Known]) -> None:
     known = made("spring")
     (f,) = truth(known)
     f.parameters[0].change *= 1.2
-    assert judged(known, f).error == pytest.approx(20.0)
+    s = judged(known, f)
+    assert s.error == pytest.approx(20.0)
+    assert s.interval == pytest.approx((0.9, 1.2))
+    row = {"kind": "single", "tier": "strong", "score": {"interval": s.interval}}
+    missed, several = (
+        {"kind": "single", "tier": "middle", "score": {"interval": ends}} for ends in ((1.01, 1.2), None)
+    )
+    assert figure("interval", [row, missed, several]) == share([True, False])
 
 
 @pytest.mark.parametrize("name", ["viscous", "spring", "refitted", "weak", "pair"])
@@ -314,7 +325,7 @@ def test_a_run_of_right_answers_is_a_table_of_full_marks(
 ) -> None:
     found = summary(rows_of(monkeypatch, made, right=True))
     percent = {key: found["figures"][key]["percent"] for key in FIGURES}
-    full = {"first", "alone", "value", "weak_first", "both", "pair_first", "outside_joint", "outside_told"}
+    full = {"first", "alone", "value", "interval", "weak_first", "both", "pair_first", "outside_joint", "outside_told"}
     assert percent == {key: 100.0 if key in full else 0.0 for key in FIGURES}
     assert found["figures"]["twin_false"]["n"] == 4
     assert sum(cell["first"]["n"] for cell in found["strata"]["plant"].values()) == 3

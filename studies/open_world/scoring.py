@@ -15,7 +15,7 @@ from studies.open_world.claims import Key, claims
 from studies.open_world.sizing import residual_rms
 from studies.open_world.taken import Taken
 from studies.open_world.trial import Scene, Trial
-from studies.open_world.value import value_error
+from studies.open_world.value import interval, value_error
 from studies.open_world.world import OutsideCause
 
 Array = NDArray[np.float64]
@@ -39,7 +39,8 @@ class Score:
     ``first``: the first cause, or its class of rivals, is a hidden one; ``alone``: without a rival; ``size`` of its class;
     ``named``: every hidden effect is a cause; ``others``: false causes beside them, each joint of a finding counted;
     ``own``: causes that are true of the arm's friction and were not hidden; ``lesser``: a hidden effect is listed as less than a cause. ``error`` [%] of
-    the value; ``gain`` [%] of held-out RMS on the joint that shows it. ``told`` in words.
+    the value, and the ends of its 95 % ``interval`` in units of the true value, where one value decides; ``gain`` [%] of held-out RMS on the
+    joint that shows it. ``told`` in words.
     """
 
     first: bool
@@ -50,6 +51,7 @@ class Score:
     own: int
     lesser: bool
     error: float | None
+    interval: tuple[float, float] | None
     gain: float | None
     told: str
     verdict: str
@@ -104,6 +106,7 @@ def score(scene: Scene, trial: Trial, changed: Sequence[Taken], diagnosis: Any) 
         own=sum(not _any(claim, keys) and _any(claim, own) for claim in everything),
         lesser=any(_any(claim, keys) for f in rest for claim in claims(f)),
         error=value_error(scene, trial, changed, exact[0], diagnosis) if exact else None,
+        interval=interval(trial, exact[0]) if exact else None,
         gain=gain(scene, trial, changed, diagnosis),
         told=told(diagnosis),
         verdict=diagnosis.verdict,

@@ -44,6 +44,12 @@ def _outside(rows: Sequence[Row]) -> list[Row]:
     return [r["outside_score"] for r in rows if "outside_score" in r]
 
 
+def _holds_truth(score: Row) -> bool | None:
+    """Whether the interval of a value holds the true one; None where several values decide."""
+    ends = score.get("interval")
+    return None if ends is None else ends[0] <= 1 <= ends[1]
+
+
 Figure = tuple[str, Callable[[Sequence[Row]], list[Row]], Callable[[Row], bool | None]]
 FIGURES: dict[str, Figure] = {
     "first": ("middle and strong: right cause first, alone or in its class", _seen, lambda s: s["first"]),
@@ -52,6 +58,7 @@ FIGURES: dict[str, Figure] = {
     "lesser": ("  listed, but as less than a cause", _seen, lambda s: s["lesser"] and not s["named"]),
     "others": ("  a false cause beside it or instead", _seen, lambda s: s["others"] > 0),
     "value": (f"  value, where named, within {WITHIN:g} %", _seen, lambda s: s["error"] <= WITHIN),
+    "interval": ("  truth in the interval, where one value decides", _seen, _holds_truth),
     "weak_first": ("weak: right cause first", _weak, lambda s: s["first"]),
     "weak_wrong": ("weak: a false cause", _weak, lambda s: s["others"] > 0),
     "twin_false": ("clean twins accused of a false cause", _twins, lambda t: t["false"] > 0),

@@ -1,4 +1,4 @@
-"""By how much the value of a finding is off: of a single parameter, else of the torque that it stands for."""
+"""By how much the value of a finding is off, of a single parameter, else of the torque that it stands for; and its interval."""
 
 from __future__ import annotations
 
@@ -26,15 +26,28 @@ def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: A
     (hidden,) = trial.hidden
     if hidden.effect in BY_TORQUE:
         return _torque_error(scene, hidden, changed, diagnosis)
-    values = {v.name: v.change for v in finding.parameters}
-    if hidden.effect == "payload":
-        return 100 * abs(values["mass"] / hidden.size - 1)
     if hidden.effect == "gravity_tilt":
+        values = {v.name: v.change for v in finding.parameters}
         angle = hidden.shape["direction"]
         truth = GRAVITY * np.sin(hidden.size) * np.array([np.cos(angle), np.sin(angle)])
         return float(100 * np.linalg.norm(np.array([values["x"], values["y"]]) - truth) / np.linalg.norm(truth))
-    mine = [v for v in finding.parameters if not hidden.joints or v.joint == hidden.joints[0]]
-    return float(100 * abs(mine[0].change / hidden.size - 1))
+    return float(100 * abs(_single(hidden, finding).change / hidden.size - 1))
+
+
+def interval(trial: Trial, finding: Any) -> tuple[float, float] | None:
+    """The ends of the 95 % interval of a finding's change, in units of the true one; None where more than one value decides."""
+    (hidden,) = trial.hidden
+    if hidden.effect in BY_TORQUE or hidden.effect == "gravity_tilt":
+        return None
+    low, high = sorted(float(end / hidden.size) for end in _single(hidden, finding).change_interval95)
+    return low, high
+
+
+def _single(hidden: HiddenEffect, finding: Any) -> Any:
+    """The value of a finding that the hidden size is one of: a payload's mass, else that of the hidden effect's joint."""
+    if hidden.effect == "payload":
+        return next(v for v in finding.parameters if v.name == "mass")
+    return next(v for v in finding.parameters if not hidden.joints or v.joint == hidden.joints[0])
 
 
 def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], diagnosis: Any) -> float | None:
