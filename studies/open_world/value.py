@@ -24,7 +24,7 @@ GRAVITY = 9.81  # m/s^2
 def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: Any, diagnosis: Any) -> float | None:
     """Error [%] of a finding's value; of its torque on the motion that shows it, where a shape or several values decide."""
     (hidden,) = trial.hidden
-    if hidden.effect in BY_TORQUE:
+    if hidden.effect in BY_TORQUE or _single(hidden, finding) is None:
         return _torque_error(scene, hidden, changed, diagnosis)
     if hidden.effect == "gravity_tilt":
         values = {v.name: v.change for v in finding.parameters}
@@ -37,17 +37,18 @@ def value_error(scene: Scene, trial: Trial, changed: Sequence[Taken], finding: A
 def interval(trial: Trial, finding: Any) -> tuple[float, float] | None:
     """The ends of the 95 % interval of a finding's change, in units of the true one; None where more than one value decides."""
     (hidden,) = trial.hidden
-    if hidden.effect in BY_TORQUE or hidden.effect == "gravity_tilt":
+    value = _single(hidden, finding)
+    if hidden.effect in BY_TORQUE or hidden.effect == "gravity_tilt" or value is None:
         return None
-    low, high = sorted(float(end / hidden.size) for end in _single(hidden, finding).change_interval95)
+    low, high = sorted(float(end / hidden.size) for end in value.change_interval95)
     return low, high
 
 
 def _single(hidden: HiddenEffect, finding: Any) -> Any:
-    """The value of a finding that the hidden size is one of: a payload's mass, else that of the hidden effect's joint."""
+    """The value of a finding that the hidden size is one of, a payload's mass or that of the hidden effect's joint; None where none is told."""
     if hidden.effect == "payload":
-        return next(v for v in finding.parameters if v.name == "mass")
-    return next(v for v in finding.parameters if not hidden.joints or v.joint == hidden.joints[0])
+        return next((v for v in finding.parameters if v.name == "mass"), None)
+    return next((v for v in finding.parameters if not hidden.joints or v.joint == hidden.joints[0]), None)
 
 
 def _torque_error(scene: Scene, hidden: HiddenEffect, changed: Sequence[Taken], diagnosis: Any) -> float | None:

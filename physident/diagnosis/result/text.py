@@ -211,7 +211,7 @@ def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str
     size = ""
     if len(f.joints) == 1:
         unit = d.model.robot.torque_units[f.joints[0] - 1]
-        size = f"RMS {f.gain.rms_before:.3g} -> {f.gain.rms_after:.3g} {unit}, "
+        size = f"RMS {f.gain.rms_before:.3g} {unit} without it, {f.gain.rms_after:.3g} with it, "
     rows = [
         f"{number}. {with_joints(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
         f" [{low:.1f}, {high:.1f}]"

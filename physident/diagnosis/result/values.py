@@ -13,6 +13,7 @@ from physident.diagnosis.learned.describe import curve_in_words, largest_value
 from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import ParameterValue
+from physident.diagnosis.result.wording import listed
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.dynamics.model import Model
@@ -29,7 +30,8 @@ FARTHEST = 20.0  # of a logarithm: nothing is known of a shape
 def parameter_values(
     hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty
 ) -> list[ParameterValue]:
-    """The effect's parameters in the extended model, and its shapes; without the forces of a contact that the arm does not feel."""
+    """The effect's parameters in the extended model, and its shapes; without those that no motion of these recordings shows by themselves, as the
+    mass of a hand that turns about its own centre, and the forces of a contact that the arm does not feel."""
     if isinstance(accepted.effect, LearnedCurve):
         return [largest_value(hypothesis, accepted, uncertainty)]
     at = hypothesis.accepted.index(accepted)
@@ -47,11 +49,9 @@ def parameter_values(
     changes = values if is_new else told @ hypothesis.effect_values[at]
     halves = reaches if is_new else uncertainty.changes.reach(moves, several)
     result = []
-    unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else np.zeros(len(columns), dtype=bool)
+    unfelt = _unfelt(hypothesis, at).ravel() if isinstance(effect, Contact) else hypothesis.left_open(at, told)
     each = zip(columns, values, changes, errors, reaches, halves, strict=True)
     for column, value, change, error, reach, half in compress(each, ~unfelt):
-        if error == 0 and change == 0:  # no motion of these shows it
-            continue
         result.append(
             ParameterValue(
                 name=_short(column.name, effect.name),
@@ -83,10 +83,24 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
             sentences.append(one.effect.change_in_words(model.robot, theta, theta - hypothesis.effect_values[at]))
             if one.effect.dry and not one.effect.pointwise:
                 sentences += [_all_dry_friction(model, j) for j in one.effect.active(model.robot)]
+            sentences.append(_only_in_sums(hypothesis, one))
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
     return " ".join(filter(None, dict.fromkeys(sentences)))  # two contacts say the same
+
+
+def _only_in_sums(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:
+    """Which numbers of an effect these recordings show in sums alone; empty where each has a value of its own."""
+    at, effect = hypothesis.accepted.index(accepted), accepted.effect
+    columns, told = effect.told(hypothesis.problem.model.robot)
+    values = told @ hypothesis.effect_values[at]
+    each = zip(columns, values, hypothesis.left_open(at, told), strict=True)
+    names = [_short(column.name, effect.name) for column, value, is_open in each if is_open and value != 0]
+    place = " and ".join(f" of joint {joint}" for joint in accepted.candidate.joints)
+    return (
+        f"These motions show {listed(names)}{place} only in sums: none of them has a value of its own." if names else ""
+    )
 
 
 def _all_dry_friction(model: Model, joint: int) -> str:

@@ -18,7 +18,7 @@ from physident.diagnosis.problem.search_data import OUTSIDE, Baseline, SearchDat
 from physident.diagnosis.search.extension import Extension, extend
 from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_residuals import LeftOutFits
-from physident.diagnosis.statistics.normal_equations import first_takes_all, pseudo_inverse
+from physident.diagnosis.statistics.normal_equations import first_takes_all, pseudo_inverse, undecided
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.effect import Effect
@@ -124,6 +124,13 @@ class Hypothesis:
         """How much (k,) of the prior variance of each number of accepted effect i the data leave: 1 where they say nothing of it, 0 without a prior."""
         places = self.extension.places[i]
         return prior_precision(self.accepted[i].effect, len(places)) * np.diag(self.covariance)[places]
+
+    def left_open(self, i: int, told: Array) -> NDArray[np.bool_]:
+        """Which linear functions ``told`` (r, k) of the numbers of accepted effect i no motion of these recordings shows apart from the others,
+        whatever the rest of the arm is."""
+        at = self.places_of_changes[i]
+        own = slice(self._model_values + at.start, self._model_values + at.stop)
+        return undecided(self.fit.normal[own, own], told)
 
     def with_effect(self, candidate: Candidate, effect: Effect) -> Hypothesis:
         """The same with one effect more; columns that depend on a model stay as they are."""

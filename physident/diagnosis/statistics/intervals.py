@@ -1,4 +1,4 @@
-"""Intervals of a diagnosis: a jackknife over blocks and one over joints for values, a bootstrap over blocks for gains."""
+"""Intervals of a diagnosis: jackknives over blocks, joints and recordings for values, a bootstrap over blocks for gains."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ from physident.estimation.uncertainty import t_quantile
 Array = NDArray[np.float64]
 RESAMPLES = 1000  # the ends of a 95 % interval then wander by a few per cent of its width
 FEWEST_JOINTS = 3  # that can each be left out: how far two move a value says little about how far a third would
-BY_OTHERS = 2.0  # times a value's error at most that the other joints alone know it by: where one joint decides, none disagrees with it
+FEWEST_RECORDINGS = 2  # of a user, who has no more: Student's t of one degree of freedom says how little two tell
+BY_OTHERS = 2.0  # times a value's error at most that the others alone know it by: where one joint or recording decides, none disagrees with it
 SURE = 0.975  # of the distribution: 95 % to both sides
 STEP = 0.02  # relative, of a shape: its column's derivative is then right to a part in a thousand
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How far values (P,) may be from what they were found to be: their ``covariance`` (P, P) from so many ``blocks``, and what ``joints`` say of
-    them each without the others."""
+    """How far values (P,) may be from what they were found to be: their ``covariance`` (P, P) from so many ``blocks``, and what is said of them
+    without each of the ``joints`` and of the ``recordings``."""
 
     covariance: Array
     blocks: int
-    joints: WithoutJoints
+    joints: WithoutEach
+    recordings: WithoutEach
 
     @property
     def half(self) -> float:
@@ -41,18 +43,20 @@ class Spread:
 
     def reach(self, rows: Array, several: bool) -> Array:
         """How far the 95 % intervals of linear functions of the values, ``rows`` (r, P), reach to either side (r,): errors are those that
-        blocks of time show, and, of values that act on ``several`` joints, those by which joints disagree beyond these."""
+        blocks of time show, and those by which recordings and, of values that act on ``several`` joints, joints disagree beyond these."""
         from scipy.stats import t
 
-        if not several:
-            return self.half * self.errors(rows)
         of_blocks = self.errors(rows) ** 2
-        of_joints, count = self.joints.variances(rows, of_blocks)
-        both = np.maximum(of_blocks + of_joints, 1e-300)
-        # degrees of freedom of the sum of two variances (Welch, 1947)
-        of_each = (of_blocks / both) ** 2 / max(self.blocks - 1, 1) + (of_joints / both) ** 2 / np.maximum(count - 1, 1)
+        each = [(of_blocks, self.blocks), self.recordings.variances(rows, of_blocks, FEWEST_RECORDINGS)]
+        each += [self.joints.variances(rows, of_blocks, FEWEST_JOINTS)] if several else []
+        total = np.sum([variance for variance, _ in each], axis=0)
+        shares = [variance / np.maximum(total, 1e-300) for variance, _ in each]
+        # degrees of freedom of a sum of variances (Welch, 1947)
+        of_each = np.sum(
+            [one**2 / np.maximum(count - 1, 1) for one, (_, count) in zip(shares, each, strict=True)], axis=0
+        )
         # values that nothing moves, as of exact recordings, have no width of any shape
-        return t.ppf(SURE, 1 / np.clip(of_each, 1e-9, 1.0)) * np.sqrt(of_blocks + of_joints)
+        return t.ppf(SURE, 1 / np.clip(of_each, 1e-9, 1.0)) * np.sqrt(total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,22 +78,30 @@ class Uncertainty:
 
 
 @dataclass(frozen=True, eq=False)
-class WithoutJoints:
-    """By how much values move, ``moved`` (n, P), where the rows of one joint are left out, and its covariance then (n, P, P) and ``with_all``
-    (P, P), in units of the noise.
+class WithoutEach:
+    """By how much values move, ``moved`` (n, P), where the rows of one joint, or of one recording, are left out, and its covariance then
+    (n, P, P) and ``with_all`` (P, P), in units of the noise.
 
-    A model errs on a joint from one end of a recording to the other, by its gain or its friction: blocks of time move together then, and
-    only the other joints contradict what this one says of a load or of gravity.
+    A model errs on a joint from one end of a recording to the other, by its gain or its friction, and along one motion otherwise than
+    along another: blocks of time move together then, and only the other joints, or recordings, contradict what this one says of a load.
     """
 
     moved: Array
     covariance: Array
     with_all: Array
 
-    def variances(self, rows: Array, of_blocks: Array) -> tuple[Array, NDArray[np.intp]]:
-        """The variance (r,) of linear functions of the values, ``rows`` (r, P), between joints, beyond what their variance over blocks (r,) makes of
-        it; and of how many joints (r,) it is, those that the others can do without. A jackknife, whose moves are by noise alone as large as
-        the variance grows without the joint: Hausman, "Specification tests in econometrics" (1978)."""
+    @classmethod
+    def of(cls, normals: Array, scores: Array, normal: Array, J: Array) -> WithoutEach:
+        """Of parts whose normal matrices are ``normals`` (n, p, p) of the whole ``normal`` (p, p), and whose residuals pull by ``scores`` (n, p), for
+        values that move with the fit's by ``J`` (P, p)."""
+        without = [pseudo_inverse(normal - one) for one in normals]
+        moved = np.array([J @ one @ score for one, score in zip(without, scores, strict=True)])
+        return cls(moved, np.array([J @ one @ J.T for one in without]), J @ pseudo_inverse(normal) @ J.T)
+
+    def variances(self, rows: Array, of_blocks: Array, fewest: int) -> tuple[Array, NDArray[np.intp]]:
+        """The variance (r,) of linear functions of the values, ``rows`` (r, P), between parts, beyond what their variance over blocks (r,) makes of
+        it, zero of less than ``fewest``; and of how many parts (r,) it is, those that the others can do without. A jackknife, whose moves
+        are by noise alone as large as the variance grows without the part: Hausman, "Specification tests in econometrics" (1978)."""
         moved = self.moved @ rows.T
         alone = np.einsum("rk,jkl,rl->jr", rows, self.covariance, rows)
         known = np.maximum(np.einsum("rk,kl,rl->r", rows, self.with_all, rows), 1e-300)
@@ -97,7 +109,7 @@ class WithoutJoints:
         count = counted.sum(axis=0)
         by_noise = np.maximum(alone / known - 1, 0.0) * of_blocks
         beyond = np.sum(counted * (moved**2 - by_noise), axis=0) * (count - 1) / np.maximum(count, 1)
-        return np.where(count >= FEWEST_JOINTS, np.maximum(beyond, 0.0), 0.0), count
+        return np.where(count >= fewest, np.maximum(beyond, 0.0), 0.0), count
 
 
 def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Uncertainty:
@@ -114,6 +126,7 @@ def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Unc
     G, n, every = len(own.blocks), len(squares), len(baseline.prior)
     normals, scores = np.zeros((G, every, every)), np.zeros((G, every))
     of_joints = np.zeros((n, every, every)), np.zeros((n, every))
+    recording = own.recording_of_unit[own.blocks]
     for j, (joint, square) in enumerate(zip(products.units, squares, strict=True)):
         part = square * joint.products[own.blocks]
         known = joint.places < R
@@ -140,14 +153,17 @@ def uncertainty_of(hypothesis: Hypothesis, wander: Columns | None = None) -> Unc
         for a in hypothesis.accepted
         if a.candidate.key == key
     }
-    without = [pseudo_inverse(H - normal) for normal in of_joints[0]]
-    moves = np.array([(one @ score)[:R] for one, score in zip(without, of_joints[1], strict=True)])
+    each = [recording == one for one in np.unique(recording)]
+    of_recordings = (
+        np.array([normals[one].sum(axis=0) for one in each]),
+        np.array([scores[one].sum(axis=0) for one in each]),
+    )
 
     def spread(J: Array) -> Spread:
         """That of values that move with those of the fit by ``J`` (P, R)."""
-        each = np.array([J @ one[:R, :R] @ J.T for one in without])
-        joints = WithoutJoints(moved=moves @ J.T, covariance=each, with_all=J @ inverse[:R, :R] @ J.T)
-        return Spread(J @ covariance[:R, :R] @ J.T, G, joints)
+        wide = np.column_stack([J, np.zeros((len(J), every - R))])
+        joints, recordings = (WithoutEach.of(*parts, H, wide) for parts in (of_joints, of_recordings))
+        return Spread(J @ covariance[:R, :R] @ J.T, G, joints, recordings)
 
     return Uncertainty(spread(hypothesis.jacobian), spread(hypothesis.jacobian_of_changes), shapes)
 

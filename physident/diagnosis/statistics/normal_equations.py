@@ -42,6 +42,19 @@ def pseudo_inverse(H: Array) -> Array:
     return root @ root.T
 
 
+def undecided(H: Array, rows: Array) -> NDArray[np.bool_]:
+    """Which linear functions (r,) of some values, ``rows`` (r, R), their normal matrix (R, R) leaves open: the same torque, another value."""
+    size = np.sqrt(np.maximum(np.diag(H), 0.0))
+    felt = np.flatnonzero(size > ZERO * size.max(initial=0.0))
+    if not len(felt):
+        return np.asarray(rows.any(axis=1))
+    values, vectors = np.linalg.eigh(H[np.ix_(felt, felt)] / np.outer(size[felt], size[felt]))
+    scaled = rows[:, felt] / size[felt]
+    along = scaled @ vectors[:, values <= RANK * values[-1]]
+    silent = np.delete(rows, felt, axis=1).any(axis=1)
+    return np.logical_or(silent, (along**2).sum(axis=1) > INSIDE * (scaled**2).sum(axis=1))
+
+
 def first_takes_all(H: Array, sizes: Sequence[int]) -> Array:
     """The map (R, R) of least-norm values to those of the same torque in which groups of so many values give what several of them can make
     to the first: the mass of a payload can be one of the link before it, and the norm alone would share it out.

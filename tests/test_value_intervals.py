@@ -1,4 +1,4 @@
-"""An interval of what several joints show holds where a joint errs from end to end of a recording, as blocks of time cannot tell."""
+"""The interval of a value holds where a joint, or a recording, errs from its one end to the other, as blocks of time cannot tell."""
 
 from __future__ import annotations
 
@@ -9,24 +9,27 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis, state_hypothesis
-from physident.diagnosis.statistics.intervals import Spread, Uncertainty, WithoutJoints, uncertainty_of
+from physident.diagnosis.statistics.intervals import Spread, Uncertainty, WithoutEach, uncertainty_of
 from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Sensors, hide, multisine, record
 
 MASS = 0.8  # kg
-GAIN = 0.03  # standard deviation of the gain of a joint's torque, which no model has
+GAIN = 0.03  # standard deviation of the gain of a joint's torque, or of a recording's, which no model has
+SEEDS = (41, 43, 45)
 
 
 @pytest.fixture(scope="module")
 def loaded(ur5: pid.Robot, healthy_runs: list[pid.Recording], tmp_path_factory: pytest.TempPathFactory) -> Hypothesis:
-    path = tmp_path_factory.mktemp("loaded") / "run.csv"
-    record(hide(exact_arm(), "payload", (), MASS), multisine(41), Sensors(), 41, step=2e-3).write_csv(path)
-    return opened(ur5, [*healthy_runs[:2], pid.load_recording(path)])
+    folder = tmp_path_factory.mktemp("loaded")
+    for seed in SEEDS:
+        arm = hide(exact_arm(), "payload", (), MASS)
+        record(arm, multisine(seed), Sensors(), seed, step=2e-3).write_csv(folder / f"{seed}.csv")
+    return opened(ur5, [*healthy_runs[:2], *(pid.load_recording(folder / f"{seed}.csv") for seed in SEEDS)])
 
 
 def mass_of(loaded: Hypothesis, gains: np.ndarray) -> tuple[float, Uncertainty, np.ndarray]:
-    """The mass of a payload where each joint's torque is read by its own gain (n,), with its errors; and the row of theta that it is."""
+    """The mass of a payload where torques are read by their own ``gains``, (n,) or (M, n), with its errors; and the row of theta that it is."""
     regressor = replace(loaded.problem.regressor, torque=loaded.problem.regressor.torque * gains)
     problem = replace(loaded.problem, regressor=regressor, evaluated={}, by_model=[])
     (payload,) = (c for c in problem.candidates if c.name == "payload")
@@ -41,7 +44,8 @@ def mass_of(loaded: Hypothesis, gains: np.ndarray) -> tuple[float, Uncertainty, 
 def test_what_nothing_moves_is_known() -> None:
     """As of exact recordings: an interval without width, and no number that is none."""
     none = np.zeros((3, 2, 2))
-    exact = Spread(none[0], 12, WithoutJoints(none[:, 0], none + np.eye(2), np.eye(2)))
+    without = WithoutEach(none[:, 0], none + np.eye(2), np.eye(2))
+    exact = Spread(none[0], 12, without, without)
     np.testing.assert_array_equal(exact.reach(np.eye(2), several=True), 0.0)
 
 
@@ -54,3 +58,18 @@ def test_the_mass_lies_in_its_interval_where_joints_disagree(loaded: Hypothesis)
         by_time.append(abs(mass - MASS) <= alone)
     assert np.mean(by_time) < 0.6  # what blocks of time alone would promise
     assert np.mean(held) > 0.8
+
+
+def test_the_mass_lies_in_its_interval_where_recordings_disagree(loaded: Hypothesis) -> None:
+    """Each recording by a gain of its own, as on other days: three of them say by how much such recordings differ."""
+    rng, held, one_day = np.random.default_rng(6), [], []
+    recording = loaded.problem.regressor.recording
+    for _ in range(60):
+        gains = 1 + GAIN * rng.standard_normal(len(SEEDS))
+        mass, errors, row = mass_of(loaded, gains[recording][:, None])
+        spread = errors.theta
+        held.append(abs(mass - MASS) <= spread.reach(row, several=True).item())
+        together = replace(spread, recordings=replace(spread.recordings, moved=0 * spread.recordings.moved))
+        one_day.append(abs(mass - MASS) <= together.reach(row, several=True).item())
+    assert np.mean(one_day) < 0.75  # what blocks of time and joints alone would promise
+    assert np.mean(held) > 0.85
