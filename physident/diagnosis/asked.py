@@ -9,10 +9,11 @@ from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
 from physident.diagnosis.grading.control import own_recordings, with_temperatures
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.problem.question import Question, choose_question
+from physident.diagnosis.problem.question import Question, Usual, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.repeated.comparison import Comparison, compare_with_control
+from physident.diagnosis.repeated.usual_friction import UsualFriction, usual_friction
 from physident.diagnosis.result.findings import Role, UsedRecording
 from physident.dynamics.model import Model
 from physident.errors import InputError, warn
@@ -33,7 +34,7 @@ class Asked:
     ``original`` is the model as it came, and ``model`` the one that is searched: ``complete`` with what its own recordings show already, and as
     sure as they agree. ``recordings`` are diagnosed, ``holdout`` is scored at the end; what was found is held against the ``control``, whose
     signals are ``control_signals``: the recordings ``before`` where some were given. ``own_error`` is what the model leaves of its own
-    recordings, None where they are not at hand. The ``warnings`` have been given.
+    recordings, and ``usual_friction`` by how much friction differs between them, None where they are not at hand. The ``warnings`` have been given.
     """
 
     question: Question
@@ -47,6 +48,7 @@ class Asked:
     control_signals: list[Signals]
     own_error: OwnError | None
     comparison: Comparison
+    usual_friction: UsualFriction | None
     layout: str | None
     drive_gains: tuple[float, ...] | None
     recording_offsets: bool
@@ -84,7 +86,10 @@ class Asked:
 
     def problem(self) -> DiagnosisProblem:
         """What is searched."""
-        usual = self.own_error.often if self.own_error else None
+        usual = Usual(
+            error=self.own_error.often if self.own_error and not self.comparison.compared else None,
+            friction_percent=100 * self.usual_friction.spread if self.usual_friction else 0.0,
+        )
         return state_problem(
             self.question,
             self.model,
@@ -137,6 +142,9 @@ def ask(
         searched = as_recordings_agree(complete.estimate, own_signals)
         own_error = OwnError.of(complete.estimate, own_signals, len(diagnosed))
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
+    partners = {k for k in comparison.partner if k is not None}
+    asked_model = searched if isinstance(searched, Model) else searched.model
+    usual = usual_friction(asked_model, control_signals, used_filter, len(partners), len(comparison.compared))
     return Asked(
         question=question,
         original=original,
@@ -149,6 +157,7 @@ def ask(
         control_signals=control_signals,
         own_error=own_error,
         comparison=comparison,
+        usual_friction=usual,
         layout=estimate.layout if estimate else columns,
         drive_gains=gains,
         recording_offsets=recording_offsets,

@@ -1,7 +1,7 @@
-"""Friction along a repeated motion that differs from before by no more than it does between recordings of the healthy arm.
+"""Friction and offsets along a repeated motion that differ from before by no more than they do between recordings of the healthy arm.
 
-A comparison takes off what the model lacks, and sees changes of a per cent. Friction changes by as much from day to day by itself: by how
-much, the recordings say that the model was fitted to, of which each is held against the others.
+A comparison takes off what the model lacks, and sees changes of a per cent. Friction changes by as much from day to day by itself, and so do
+the zeros of sensors: by how much, the recordings say that the model was fitted to, of which each is held against the others.
 """
 
 from __future__ import annotations
@@ -28,48 +28,63 @@ from physident.recordings.signals import Filter, Signals
 Array = NDArray[np.float64]
 FEWEST = 3  # recordings: two say that they differ, and not by how much recordings usually do
 LARGEST = 0.1  # of the friction: a larger change is worth a look, however far a few recordings, and what the model lacks, are apart
-MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint makes as well is a change of that
+MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint and an offset make as well is a change of these
 
 
 @dataclass(frozen=True, kw_only=True)
 class UsualFriction:
     """By which share of its friction a ``joint`` of a healthy arm differs at most between the recordings before and now, and the whole
-    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth. ``spread`` is the
-    standard deviation of a joint's share."""
+    ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth. ``offset`` is the most of
+    a joint's torque offset, as a share of the RMS of its friction. ``spread`` and ``offset_spread`` are standard deviations of a joint's shares."""
 
     joint: float
     arm: float
+    offset: float
     spread: float
+    offset_spread: float
 
     @staticmethod
     def of(model: Model, control: Sequence[Signals], filter: Filter, old: int, new: int) -> UsualFriction:
         """What the ``control`` says of the means of ``old`` recordings before and ``new`` ones."""
         from scipy.stats import t
 
-        regressor, _ = rows_of_model(model, control, filter)
-        n, friction = model.robot.n, np.sum(friction_values(model), axis=0)
+        regressor, weights = rows_of_model(model, control, filter)
+        n, values = model.robot.n, np.sum(friction_values(model), axis=0)
         common = list(find_base_parameters(model.robot, model.effects).independent)
-        columns, torque, effects = [], [], []
+        columns, torque, friction, constant = [], [], [], []
         for j in range(n):
             every, y = dense(regressor, j), regressor.torque[:, j]
             sigma = noise_of(every[:, common], y)
             columns.append(every[:, common] / sigma)
             torque.append(y / sigma)
-            effects.append(every @ friction / sigma)
+            friction.append(every @ values / sigma)
+            constant.append(_as_large(weights[:, j], friction[j]))
 
-        def scatter(joints: Collection[int]) -> Scatter:
-            some = [one if j in joints else np.zeros_like(one) for j, one in enumerate(effects)]
+        def scatter(effect: Sequence[Array], joints: Collection[int]) -> Scatter:
+            some = [one if j in joints else np.zeros_like(one) for j, one in enumerate(effect)]
             return scatter_between([regressor], regressor.segment, columns, torque, some)
 
-        each, whole = [scatter([j]) for j in range(n)], scatter(range(n))
-        seen = [one for one in each if one.count > 1]
-        freedom = sum(one.count - 1 for one in seen)
-        variance = sum(one.variance * (one.count - 1) for one in seen) / max(freedom, 1)
-        means = np.sqrt(1 / old + 1 / new)
-        joint = t.ppf(1 - UNUSUAL / (2 * n), max(freedom, 1)) * np.sqrt(variance) * means
+        means = float(np.sqrt(1 / old + 1 / new))
+
+        def of_joints(effect: Sequence[Array]) -> tuple[float, float]:
+            """The most, and the standard deviation, of a joint's share."""
+            seen = [one for one in (scatter(effect, [j]) for j in range(n)) if one.count > 1]
+            freedom = max(sum(one.count - 1 for one in seen), 1)
+            spread = means * np.sqrt(sum(one.variance * (one.count - 1) for one in seen) / freedom)
+            return min(LARGEST, float(t.ppf(1 - UNUSUAL / (2 * n), freedom) * spread)), float(spread)
+
+        whole = scatter(friction, range(n))
         arm = t.ppf(1 - UNUSUAL / 2, max(whole.count - 1, 1)) * np.sqrt(whole.variance) * means
-        spread = float(np.sqrt(variance) * means)
-        return UsualFriction(joint=min(LARGEST, float(joint)), arm=min(LARGEST, float(arm)), spread=spread)
+        (joint, spread), (offset, offset_spread) = of_joints(friction), of_joints(constant)
+        return UsualFriction(
+            joint=joint, arm=min(LARGEST, float(arm)), offset=offset, spread=spread, offset_spread=offset_spread
+        )
+
+
+def _as_large(weights: Array, friction: Array) -> Array:
+    """A constant in weighted rows (M,) that is as large as the RMS of friction there."""
+    rows = float(weights @ weights)
+    return weights * (np.linalg.norm(friction) / np.sqrt(rows) if rows else 0.0)
 
 
 def friction_values(model: Model) -> tuple[Array, Array]:
@@ -84,11 +99,13 @@ def friction_values(model: Model) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, kw_only=True)
 class UsualChange:
-    """The ``share`` of its friction by which a joint, or the arm, differs, at most the ``usual`` one, as ``recordings`` of them tell."""
+    """The ``share`` of its friction by which a joint, or the arm, differs, as an ``is_offset`` or by its friction, at most the ``usual`` one, as
+    ``recordings`` of them tell."""
 
     share: float
     usual: float
     recordings: int
+    is_offset: bool = False
 
 
 def usual_in_words(changes: Sequence[UsualChange]) -> str:
@@ -97,47 +114,52 @@ def usual_in_words(changes: Sequence[UsualChange]) -> str:
         return ""
     largest = max(changes, key=lambda one: one.share)
     return (
-        f"{100 * largest.share:.2g} % of the friction, by which healthy recordings may differ, too (up to {100 * largest.usual:.2g} %, as far"
-        f" as {largest.recordings} from before tell; more of them tell smaller changes)"
+        f"{'an offset of ' if largest.is_offset else ''}{100 * largest.share:.2g} % of the friction, by which healthy recordings may differ, too"
+        f" (up to {100 * largest.usual:.2g} %, as far as {largest.recordings} from before tell; more of them tell smaller changes)"
     )
 
 
-def usual_friction(hypothesis: Hypothesis, control: Sequence[Signals], old: int) -> UsualFriction | None:
-    """By how much friction differs by itself, beside a comparison with ``old`` recordings that shows something; None where it shows nothing, or
-    too few recordings tell."""
-    problem = hypothesis.problem
-    if not _shown(hypothesis) or len(control) < FEWEST or not np.any(friction_values(problem.model)):
+def usual_friction(
+    model: Model, control: Sequence[Signals], filter: Filter, old: int, compared: int
+) -> UsualFriction | None:
+    """By how much friction and offsets differ by themselves between ``old`` recordings and as many as are ``compared`` with them; None where
+    there are none, or too few of the ``control`` tell."""
+    if not compared or len(control) < FEWEST or not np.any(friction_values(model)):
         return None
-    return UsualFriction.of(problem.model, control, problem.filter, old, len(problem.freedom.compared))
+    return UsualFriction.of(model, control, filter, old, compared)
 
 
 def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordings: int) -> dict[Key, UsualChange]:
-    """The accepted effects that a comparison shows, and that are friction as it differs between so many ``recordings`` of the healthy arm:
-    what no scale of the joint's dry friction and of its other friction makes is a small part of them."""
+    """The accepted effects that a comparison shows, and that are friction and offsets as they differ between so many ``recordings`` of the healthy
+    arm: what no scale of the joint's dry friction and of its other friction, and no constant, makes is a small part of them."""
     result = dict[Key, UsualChange]()
     if usual is None:
         return result
     for i in _shown(hypothesis):
         one, change = hypothesis.accepted[i].candidate, _friction_in(hypothesis, i)
         most = usual.joint if one.joints else usual.arm
-        if change.share >= MADE_OF and change.size <= most:
-            result[one.key] = UsualChange(share=change.size, usual=most, recordings=recordings)
+        if change.share >= MADE_OF and change.size <= most and change.offset <= usual.offset:
+            is_offset = change.offset > change.size
+            share, limit = (change.offset, usual.offset) if is_offset else (change.size, most)
+            result[one.key] = UsualChange(share=share, usual=limit, recordings=recordings, is_offset=is_offset)
     return result
 
 
 def friction_of_the_day(hypothesis: Hypothesis, usual: UsualFriction | None) -> Columns | None:
-    """One standard deviation of what each joint's friction (M, n) differs by itself, in the compared rows: what a value along a repeated motion
-    is uncertain by beside noise. None where nobody knows."""
-    if usual is None:
+    """One standard deviation of what each joint's friction and its offset (M, 2 n) differ by themselves, in the compared rows: what a value along
+    a repeated motion is uncertain by beside noise. None where nobody knows."""
+    if usual is None or not _shown(hypothesis):
         return None
     problem, regressor = hypothesis.problem, hypothesis.data.regressor
     rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
-    friction = usual.spread * np.sum(friction_values(problem.model), axis=0)
-    joints = []
+    values, joints = np.sum(friction_values(problem.model), axis=0), []
     for j, joint in enumerate(regressor.joints):
-        own = joint.columns < len(friction)
-        joints.append((np.array([j]), (rows * (joint.values[:, own] @ friction[joint.columns[own]]))[:, None]))
-    return Columns(len(joints), len(rows), tuple(joints))
+        own = joint.columns < len(values)
+        friction = rows * (joint.values[:, own] @ values[joint.columns[own]])
+        offset = _as_large(rows * problem.weights[:, j], friction)
+        both = np.column_stack([usual.spread * friction, usual.offset_spread * offset])
+        joints.append((np.array([2 * j, 2 * j + 1]), both))
+    return Columns(2 * len(joints), len(rows), tuple(joints))
 
 
 def _shown(hypothesis: Hypothesis) -> list[int]:
@@ -151,19 +173,22 @@ def _shown(hypothesis: Hypothesis) -> list[int]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Change:
-    """Which ``share`` of the power of an effect's torque its joints' friction can make, and the ``size`` of that beside all of it."""
+    """Which ``share`` of the power of an effect's torque its joints' friction and offsets can make, and the ``size`` of the one and of the
+    ``offset`` beside all friction."""
 
     share: float
     size: float
+    offset: float
 
 
 def _friction_in(hypothesis: Hypothesis, i: int) -> _Change:
-    """The torque of an accepted effect in compared rows, as the dry and the other friction of each joint make it where either is scaled."""
+    """The torque of an accepted effect in compared rows, as the dry and the other friction of each joint, where either is scaled, and an offset
+    make it."""
     problem, one = hypothesis.problem, hypothesis.accepted[i]
     torque = hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
     rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
     parts = np.column_stack(friction_values(problem.model))
-    made = whole = power = 0.0
+    scaled = constant = made = whole = power = 0.0
     for j, (joint, sigma) in enumerate(zip(problem.regressor.joints, hypothesis.fit.sigma, strict=True)):
         wanted = torque[rows, j] / sigma
         power += float(wanted @ wanted)
@@ -171,8 +196,11 @@ def _friction_in(hypothesis: Hypothesis, i: int) -> _Change:
         friction = joint.values[rows][:, own] @ parts[joint.columns[own]] / sigma
         if not (wanted.any() and friction.any()):
             continue
-        best = friction @ np.linalg.lstsq(friction, wanted, rcond=1e-9)[0]
-        made += float(best @ best)
+        columns = np.column_stack([friction, problem.weights[rows, j] / sigma])
+        best = columns * np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
+        made += float(np.sum(best.sum(axis=1) ** 2))
+        scaled += float(np.sum(best[:, :-1].sum(axis=1) ** 2))
+        constant += float(np.sum(best[:, -1] ** 2))
         whole += float(np.sum(friction.sum(axis=1) ** 2))
-    size = np.sqrt(made / whole) if whole > 0 else np.inf
-    return _Change(share=made / power if power > 0 else 0.0, size=float(size))
+    sizes = [float(np.sqrt(one / whole)) if whole > 0 else np.inf for one in (scaled, constant)]
+    return _Change(share=made / power if power > 0 else 0.0, size=sizes[0], offset=sizes[1])

@@ -1,19 +1,23 @@
-"""The search once more, where dry friction turns at other speeds beside what was found.
+"""The search at the speeds over which dry friction turns beside what is found, not beside nothing.
 
 ``identify`` finds the speed over which each joint's dry friction turns. Where friction builds up over a distance, or a bump of friction
-lies at low speed, that speed imitates it; once part of this is found, friction turns faster, and its reversals show what is left.
+lies at low speed, that speed imitates it. So a turn that is wide gives way to friction that builds up and turns at a creep wherever that
+predicts better; and once a bump is found, friction turns faster, and its reversals show what is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.search.forward_search import SearchResult, search_effects
+from physident.diagnosis.search.acceptance import option_columns
+from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.classification import Family
@@ -24,6 +28,7 @@ from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 TURNED_AT_CREEP = 0.42  # of a creep: tanh of its inverse is 98 per cent
 AGAIN = 2  # searches more, at most: speeds that still change differ by what no row shows
@@ -36,7 +41,7 @@ def search_with_turning_speeds(
 
     Of a model that was fitted to these recordings; the speeds of any other model are part of what is asked about.
     """
-    found, begun = search_effects(problem, progress), ()
+    found, begun = search_effects(_with_sharp_turns(problem), progress), ()
     for _ in range(AGAIN):
         sharper = _with_speeds_beside(found)
         if sharper is None:
@@ -65,6 +70,63 @@ def _is_open(effect: Effect) -> bool:
     return isinstance(effect, CoulombFriction) and isinstance(effect.smoothing, tuple)
 
 
+def _with_sharp_turns(problem: DiagnosisProblem) -> DiagnosisProblem:
+    """The problem with friction that turns at a creep on the joints where friction that builds up over a distance, beside it, leaves less of
+    left-out rows than a wide turn does, by what is worth naming."""
+    creep = TURNED_AT_CREEP * CREEP * problem.model.robot.radian
+    wide = {j for e in filter(_is_open, problem.model.effects) for j in _wider(e, problem.model.robot, creep)}
+    if problem.question != "missing" or not isinstance(problem.given, Estimate) or not wide:
+        return problem
+    sharp = _turning_at(problem, wide, creep)
+    errors = [
+        _left_out_rms(settled_hypothesis(one, ()), bristles) for one, bristles in ((problem, False), (sharp, True))
+    ]
+    better = {j for j in wide if errors[1][j] < (1 - MIN_REDUCTION_PERCENT / 100) * errors[0][j]}
+    if better < wide:
+        sharp.forget()
+        return _turning_at(problem, better, creep) if better else problem
+    problem.forget()
+    return sharp
+
+
+def _wider(effect: Effect, robot: Robot, creep: NDArray[np.float64]) -> list[int]:
+    """The joints (from 0) on which friction turns over more than a ``creep`` (n,) [rad/s|m/s]."""
+    widths = effect.transition(robot)
+    return [] if widths is None else [j for j in effect.active(robot) if widths[j] > creep[j]]
+
+
+def _turning_at(problem: DiagnosisProblem, joints: Collection[int], creep: NDArray[np.float64]) -> DiagnosisProblem:
+    """The problem with friction that turns at a ``creep`` (n,) [rad/s|m/s] on some joints (from 0)."""
+    robot, given, effects = problem.model.robot, problem.given, []
+    assert isinstance(given, Estimate)
+    for effect in given.model.effects:
+        if _is_open(effect) and (widths := effect.transition(robot)) is not None:
+            own = [float(min(widths[j], creep[j]) if j in joints else widths[j]) for j in effect.active(robot)]
+            effect = replace(effect, smoothing=tuple(own))
+        effects.append(effect)
+    return _restated(problem, tuple(effects))
+
+
+def _restated(problem: DiagnosisProblem, effects: tuple[Effect, ...]) -> DiagnosisProblem:
+    """The same question of a model whose friction turns as that of these effects."""
+    given = problem.given
+    assert isinstance(given, Estimate)
+    signals = [replace(one, transition=None) for one in problem.signals]
+    other = replace(given, model=replace(given.model, effects=effects))
+    return state_problem(problem.question, other, signals, problem.filter, problem.seed, problem.recording_offsets)
+
+
+def _left_out_rms(hypothesis: Hypothesis, bristles: bool) -> NDArray[np.float64]:
+    """The RMS (n,) [N m|N] of left-out rows by their weights, of each joint with friction that builds up over a distance or without."""
+    squares, problem = hypothesis.left_out_squares.sum(axis=0), hypothesis.problem
+    for one in hypothesis.data.candidates if bristles else ():
+        effect = one.options[0].effect
+        if effect is not None and effect.dry and not effect.pointwise and len(one.joints) == 1:
+            j = one.joints[0] - 1
+            squares[j] = hypothesis.left_out_fits.squares_of_blocks(*option_columns(one))[:, j].sum()
+    return np.sqrt(squares / np.sum(problem.weights[hypothesis.in_folds] ** 2, axis=0))
+
+
 def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
     """The problem with friction that turns as it does beside the accepted effects, or None where it turns as before."""
     problem, model = found.last.hypothesis.problem, found.last.hypothesis.extension.model
@@ -79,8 +141,7 @@ def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
     effects = tuple(next(kept) if isinstance(e, CoulombFriction) else e for e in given.model.effects)
     if effects == given.model.effects:
         return None
-    sharper = replace(given, model=replace(given.model, effects=effects))
-    return state_problem(problem.question, sharper, signals, problem.filter, problem.seed, problem.recording_offsets)
+    return _restated(problem, effects)
 
 
 def _widest(model: Model) -> NDArray[np.float64]:
