@@ -12,8 +12,15 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
+from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
+from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.search.forward_search import SearchResult, search_effects
-from physident.diagnosis.search.turning_speeds import _with_speeds_beside, search_with_turning_speeds
+from physident.diagnosis.search.turning_speeds import (
+    _with_sharp_turns,
+    _with_speeds_beside,
+    search_with_turning_speeds,
+)
+from physident.estimation.identify import prepare_all
 from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.serial_arms import ARMS, urdf
@@ -40,19 +47,15 @@ def estimate(ur5: pid.Robot, runs: list[pid.Recording]) -> pid.Estimate:
 
 @pytest.fixture(scope="module")
 def diagnosed(runs: list[pid.Recording], estimate: pid.Estimate) -> tuple[SearchResult, SearchResult, pid.Diagnosis]:
-    """The search that a diagnosis begins with, the one in it that tries other speeds, and the diagnosis."""
+    """A search at the speeds of the model, the one of a diagnosis, which tries others, and the diagnosis."""
     single, found = [], []
 
-    def search_once(*given: Any) -> SearchResult:
-        single.append(search_effects(*given))
-        return single[-1]
-
-    def search(*given: Any) -> SearchResult:
-        found.append(search_with_turning_speeds(*given))
+    def search(problem: DiagnosisProblem, *given: Any) -> SearchResult:
+        single.append(search_effects(problem))
+        found.append(search_with_turning_speeds(problem, *given))
         return found[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("physident.diagnosis.search.turning_speeds.search_effects", search_once)
         patch.setattr("physident.diagnosis.learned.search_and_learn.search_with_turning_speeds", search)
         diagnosis = pid.diagnose_motion(estimate, runs[:2])
     return single[0], found[0], diagnosis
@@ -140,3 +143,38 @@ def test_beside_friction_that_builds_up_the_sign_turns_at_once(tmp_path: Path) -
     (bristles,) = (one for one in answer.causes if one.effect == "presliding_hysteresis")
     (told,) = re.findall(r"With the other dry friction of joint 1 it is ([\d.]+) N m", bristles.in_words)
     assert float(told) == pytest.approx(5.2, rel=0.02)  # what all sliders hold at speed
+
+
+def built_up(seed: int) -> pid.Recording:
+    """Two joints without measured speed. The friction of the first approaches its level over two milliradians (Dahl), that of the second turns with
+    speed, slowly; both grow with the root of speed."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.004)
+    omega, phase = rng.uniform(0.3, 2.2, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+    angle = time[:, None, None] * omega + phase
+    q, v, a = (0.4 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    data, held = model.createData(), 0.0
+    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    for k in range(1, len(q)):
+        step = q[k, 0] - q[k - 1, 0]
+        held = np.sign(step) + (held - np.sign(step)) * np.exp(-abs(step) / 2e-3)
+        tau[k, 0] += 5.0 * held
+    tau[:, 1] += 4.0 * 2 / np.pi * np.arctan(v[:, 1] / 0.06)
+    tau += 2.0 * np.sign(v) * np.sqrt(np.abs(v)) + 0.1 * rng.standard_normal(tau.shape)
+    q += 1.5e-5 * rng.standard_normal(q.shape)
+    return pid.Recording.from_arrays(time, np.round(q / 2e-5) * 2e-5, effort=tau, source=f"built up {seed}")
+
+
+def test_a_wide_turn_gives_way_where_friction_builds_up_and_only_there(tmp_path: Path) -> None:
+    """Beside a turn that imitates it hardly any row is certain that would show it."""
+    (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
+    runs = [built_up(seed) for seed in (1, 2)]
+    model = pid.identify(tmp_path / "two.urdf", runs)
+    signals = prepare_all(model.model.robot, runs, model.filter)
+    problem = state_problem(choose_question(model, runs), model, signals, model.filter, 0)
+    robot = model.model.robot
+    (given,) = (w for e in problem.model.effects if (w := e.transition(robot)) is not None)
+    (searched,) = (w for e in _with_sharp_turns(problem).model.effects if (w := e.transition(robot)) is not None)
+    assert given.min() > 0.005
+    assert searched[0] <= 0.0042
+    assert searched[1] == given[1]

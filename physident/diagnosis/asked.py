@@ -9,7 +9,7 @@ from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
 from physident.diagnosis.grading.control import own_recordings, with_temperatures
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.problem.question import Question, Usual, choose_question
+from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.repeated.comparison import Comparison, compare_with_control
@@ -86,10 +86,7 @@ class Asked:
 
     def problem(self) -> DiagnosisProblem:
         """What is searched."""
-        usual = Usual(
-            error=self.own_error.often if self.own_error and not self.comparison.compared else None,
-            friction_percent=100 * self.usual_friction.spread if self.usual_friction else 0.0,
-        )
+        usual = self.own_error.often if self.own_error else None
         return state_problem(
             self.question,
             self.model,

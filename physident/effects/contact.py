@@ -69,7 +69,7 @@ class Contact(Effect):
         )
 
     def in_words(self, robot: Robot, theta: Array) -> str:
-        return "The force is that of a push at the tool; one elsewhere on the arm has another force."
+        return "The tool pushes with this force, and is pushed with its opposite; a push elsewhere on the arm has another force."
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         return every_joint_pattern(robot.n, 3 * len(self.pieces()))

@@ -173,8 +173,8 @@ class Effect(ABC):
         """What a diagnosis tries where that depends on a model's effects and their parameters (k,); None, the default, for ``search_options``."""
         return None
 
-    def once_sized(self, theta: Array, uneven_percent: float) -> Effect:
-        """The effect as a search fits it once its size ``theta`` (k,) is found, where joints differ so by themselves; by default itself."""
+    def once_sized(self, theta: Array) -> Effect:
+        """The effect as it is fitted once a search has found its size ``theta`` (k,); by default itself."""
         return self
 
     @classmethod

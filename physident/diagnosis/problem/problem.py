@@ -15,7 +15,7 @@ from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.effect_columns import effect_columns
 from physident.diagnosis.problem.folds import split_into_folds
 from physident.diagnosis.problem.ordinary_model import ordinary_model
-from physident.diagnosis.problem.question import NOTHING_KNOWN, ParameterFreedom, Question, Usual, parameter_freedom
+from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
 from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
@@ -46,8 +46,8 @@ class DiagnosisProblem:
 
     ``given`` is the model as it came. Rows of ``regressor`` are multiplied by ``weights`` (M, n); ``fold`` (M,) says which
     rows are left out together, ``memory`` (n,) how many correlated rows are worth one. ``recording_offsets``: whether each
-    recording has a constant torque that is refitted and never named. ``barred`` candidates, by name and
-    joints, are not searched; ``usual`` is what differs by itself.
+    recording has a constant torque that is refitted and never named. ``barred`` candidates, by name and joints, are not searched.
+    ``usual_error`` (n,) [N m|N]: the RMS error on new recordings that nine of ten healthy joints do not exceed; None if not known, or taken off.
     """
 
     question: Question
@@ -63,7 +63,7 @@ class DiagnosisProblem:
     memory: Array
     weights: Array
     recording_offsets: bool = False
-    usual: Usual = NOTHING_KNOWN
+    usual_error: Array | None = None
     barred: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
     evaluated: dict[tuple[Effect, Model | None], Columns] = field(default_factory=dict)  # the latest columns, once each
     by_model: list[tuple[Model, list[Signals]]] = field(default_factory=list)  # signals as the latest models see them
@@ -209,7 +209,7 @@ def state_problem(
     seed: int,
     recording_offsets: bool = False,
     comparison: Comparison | None = None,
-    usual: Usual = NOTHING_KNOWN,
+    usual_error: Array | None = None,
 ) -> DiagnosisProblem:
     """Evaluate every candidate once, weigh the rows and choose the folds.
 
@@ -238,7 +238,7 @@ def state_problem(
         memory=np.ones(model.robot.n),
         weights=np.ones(regressor.torque.shape),
         recording_offsets=recording_offsets,
-        usual=usual,
+        usual_error=None if comparison and comparison.compared else usual_error,
     )
     spread = spread_rows(model.robot, ordinary.effects, signals, filter)
     if comparison:

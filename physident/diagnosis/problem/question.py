@@ -13,8 +13,6 @@ from physident.diagnosis.problem.columns import Baseline
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor
-from physident.effects.classification import Family
-from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.physical.information_shares import BY_PRIOR
@@ -24,25 +22,6 @@ from physident.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 Question = Literal["different", "missing", "nominal"]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Usual:
-    """What differs by itself before anything has changed, as far as the model's own recordings tell.
-
-    ``error`` (n,) [N m|N]: the RMS error on new recordings that nine of ten healthy joints do not exceed; None if not known, or taken off.
-    ``friction_percent``: the standard deviation of a joint's friction from day to day; zero if not known.
-    """
-
-    error: Array | None = None
-    friction_percent: float = 0.0
-
-    def uneven_percent(self, effect: Effect) -> float:
-        """By how much, as a standard deviation, joints differ that have an effect of the whole arm in common."""
-        return self.friction_percent if effect.family is Family.FRICTION else 0.0
-
-
-NOTHING_KNOWN = Usual()
 
 
 def choose_question(model: Estimate | Model, recordings: Sequence[Recording]) -> Question:

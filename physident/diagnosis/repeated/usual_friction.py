@@ -131,17 +131,23 @@ def usual_friction(
 
 def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordings: int) -> dict[Key, UsualChange]:
     """The accepted effects that a comparison shows, and that are friction and offsets as they differ between so many ``recordings`` of the healthy
-    arm: what no scale of the joint's dry friction and of its other friction, and no constant, makes is a small part of them."""
+    arm: what no scale of the joint's dry friction and of its other friction makes is a small part of them, or what these and an offset do not."""
     result = dict[Key, UsualChange]()
     if usual is None:
         return result
     for i in _shown(hypothesis):
-        one, change = hypothesis.accepted[i].candidate, _friction_in(hypothesis, i)
+        one = hypothesis.accepted[i].candidate
         most = usual.joint if one.joints else usual.arm
-        if change.share >= MADE_OF and change.size <= most and change.offset <= usual.offset:
-            is_offset = change.offset > change.size
-            share, limit = (change.offset, usual.offset) if is_offset else (change.size, most)
-            result[one.key] = UsualChange(share=share, usual=limit, recordings=recordings, is_offset=is_offset)
+        for change in (
+            _made_of_friction(hypothesis, i, with_offsets=False),
+            _made_of_friction(hypothesis, i, with_offsets=True),
+        ):
+            if change.share >= MADE_OF:
+                if change.size <= most and change.offset <= usual.offset:
+                    is_offset = change.offset > change.size
+                    share, limit = (change.offset, usual.offset) if is_offset else (change.size, most)
+                    result[one.key] = UsualChange(share=share, usual=limit, recordings=recordings, is_offset=is_offset)
+                break
     return result
 
 
@@ -181,9 +187,9 @@ class _Change:
     offset: float
 
 
-def _friction_in(hypothesis: Hypothesis, i: int) -> _Change:
-    """The torque of an accepted effect in compared rows, as the dry and the other friction of each joint, where either is scaled, and an offset
-    make it."""
+def _made_of_friction(hypothesis: Hypothesis, i: int, with_offsets: bool) -> _Change:
+    """The torque of an accepted effect in compared rows, as the dry and the other friction of each joint, where either is scaled, make it, and
+    an offset."""
     problem, one = hypothesis.problem, hypothesis.accepted[i]
     torque = hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
     rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
@@ -196,7 +202,7 @@ def _friction_in(hypothesis: Hypothesis, i: int) -> _Change:
         friction = joint.values[rows][:, own] @ parts[joint.columns[own]] / sigma
         if not (wanted.any() and friction.any()):
             continue
-        columns = np.column_stack([friction, problem.weights[rows, j] / sigma])
+        columns = np.column_stack([friction, with_offsets * problem.weights[rows, j] / sigma])
         best = columns * np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
         made += float(np.sum(best.sum(axis=1) ** 2))
         scaled += float(np.sum(best[:, :-1].sum(axis=1) ** 2))

@@ -13,7 +13,7 @@ from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.physical_signs import physical_contradiction
+from physident.diagnosis.search.physical_signs import FREE, physical_contradiction
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.intervals import resampled_reduction
@@ -21,8 +21,11 @@ from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import standard_error
 from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
+from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
 from physident.effects.measurement import LateFriction, LeakingChannels, TorqueConstant, TorqueDelay
+from physident.effects.scales.friction_level import FrictionLevel
+from physident.effects.scales.torque_scale import TorqueScale
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -129,8 +132,9 @@ def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def is_not_imitated(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a candidate is no leak between channels and no lag of friction alone."""
-    return holds_against_leaks(hypothesis, candidate) and lags_as_a_whole(hypothesis, candidate)
+    """Whether a candidate is no leak between channels, no lag of friction alone, and no scale of friction alone."""
+    as_a_whole = lags_as_a_whole(hypothesis, candidate) and scales_as_a_whole(hypothesis, candidate)
+    return as_a_whole and holds_against_leaks(hypothesis, candidate)
 
 
 def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
@@ -139,10 +143,26 @@ def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     effect = candidate.options[0].effect
     if not isinstance(effect, TorqueDelay):
         return True
-    friction = hypothesis.problem.fresh_columns(LateFriction(effect.joints), hypothesis.model)
-    cost = hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(friction, np.zeros(friction.count))
-    gain = (cost - left_out_costs(hypothesis, candidate)).sum(axis=1)
+    gain = (_cost_of(hypothesis, LateFriction(effect.joints)) - left_out_costs(hypothesis, candidate)).sum(axis=1)
     return bool(gain.sum() > standard_error(gain))
+
+
+def scales_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether a scale of all torque predicts left-out rows better than one of friction alone, each joint by a share of its own, by more than its
+    standard error over blocks: friction differs from day to day by itself, and on each joint otherwise. True of any other candidate."""
+    options = (one.options[0].effect for one in hypothesis.problem.candidates)
+    level = next((one for one in options if isinstance(one, FrictionLevel)), None)
+    if not isinstance(scale := candidate.options[0].effect, TorqueScale) or level is None:
+        return True
+    friction, whole = (_cost_of(hypothesis, replace(one, uneven_percent=FREE, held=())) for one in (level, scale))
+    gain = (friction - whole).sum(axis=1)
+    return bool(gain.sum() > standard_error(gain))
+
+
+def _cost_of(hypothesis: Hypothesis, effect: Effect) -> Array:
+    """Squared left-out residual (G, n) of each block with an effect that no prior holds, in units of the hypothesis' noise."""
+    columns = hypothesis.problem.fresh_columns(effect, hypothesis.model)
+    return hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(columns, np.zeros(columns.count))
 
 
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:

@@ -171,10 +171,10 @@ class Hypothesis:
     def usual_power(self, joint: int) -> float:
         """The squared error, in units of the noise, that a healthy joint (from 1) shows in as many rows; zero where that is not known."""
         problem, j = self.problem, joint - 1
-        if problem.usual.error is None:
+        if problem.usual_error is None:
             return 0.0
         rows = problem.regressor.counted[self.in_folds, j].sum()
-        return float(rows * (self.fit.weights[j] * problem.usual.error[j]) ** 2)
+        return float(rows * (self.fit.weights[j] * problem.usual_error[j]) ** 2)
 
     @property
     def torque(self) -> Array:

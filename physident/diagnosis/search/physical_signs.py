@@ -77,12 +77,10 @@ def at_share_of_most(hypothesis: Hypothesis, scale: AcceptedEffect) -> SharedSca
     fitted = state_hypothesis(hypothesis.problem, accepted, hypothesis.model, hypothesis.data)
     places, percent = fitted.extension.places[at], free.percent(robot)
     covariance = percent @ fitted.covariance[np.ix_(places, places)] @ percent.T
-    daily = hypothesis.problem.usual.uneven_percent(scale.effect)
-    covariance += daily**2 * np.eye(robot.n)
     share = share_of_most(percent @ fitted.extension.model.theta[places], covariance, UNEVEN, SIGN_STANDARD_ERRORS)
     if share is None:
         return None
-    return replace(scale.effect, uneven_percent=float(np.hypot(UNEVEN * share.percent, daily)), held=share.others)
+    return replace(scale.effect, uneven_percent=UNEVEN * abs(share.percent), held=share.others)
 
 
 def _negative(hypothesis: Hypothesis, rows: Array, offset: Array, doubt: float) -> bool:

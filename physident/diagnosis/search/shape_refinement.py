@@ -25,8 +25,7 @@ def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
     if candidate.key not in hypothesis.refined:
         best = _best_shape(hypothesis, candidate)
         if type(best).once_sized is not Effect.once_sized:
-            values = hypothesis.with_effect(candidate, best).effect_values[-1]
-            best = best.once_sized(values, hypothesis.problem.usual.uneven_percent(best))
+            best = best.once_sized(hypothesis.with_effect(candidate, best).effect_values[-1])
         hypothesis.refined[candidate.key] = best
     return hypothesis.refined[candidate.key]
 

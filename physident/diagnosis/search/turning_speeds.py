@@ -24,7 +24,7 @@ from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
 from physident.estimation.dry_friction.row_weights import CREEP
-from physident.estimation.dry_friction.transition_width import with_transitions
+from physident.estimation.dry_friction.transition_width import WIDTHS, with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.shapes.shape_parameters import settled_regressor
 from physident.recordings.signals import Signals
@@ -71,17 +71,18 @@ def _is_open(effect: Effect) -> bool:
 
 
 def _with_sharp_turns(problem: DiagnosisProblem) -> DiagnosisProblem:
-    """The problem with friction that turns at a creep on the joints where friction that builds up over a distance, beside it, leaves less of
-    left-out rows than a wide turn does, by what is worth naming."""
-    creep = TURNED_AT_CREEP * CREEP * problem.model.robot.radian
+    """The problem with friction that turns at a creep on the joints where it predicts left-out rows better than a wide turn does, by what is
+    worth naming, if it builds up over a distance, too.
+
+    Each is judged on the rows that it calls certain: there are more of them, and harder ones, where the sign turns at once.
+    """
+    creep = max(width for width in WIDTHS if width <= TURNED_AT_CREEP * CREEP) * problem.model.robot.radian
     wide = {j for e in filter(_is_open, problem.model.effects) for j in _wider(e, problem.model.robot, creep)}
     if problem.question != "missing" or not isinstance(problem.given, Estimate) or not wide:
         return problem
     sharp = _turning_at(problem, wide, creep)
-    errors = [
-        _left_out_rms(settled_hypothesis(one, ()), bristles) for one, bristles in ((problem, False), (sharp, True))
-    ]
-    better = {j for j in wide if errors[1][j] < (1 - MIN_REDUCTION_PERCENT / 100) * errors[0][j]}
+    before, after = (_left_out_rms(settled_hypothesis(one, ()), one is sharp) for one in (problem, sharp))
+    better = {j for j in wide if after[j] < (1 - MIN_REDUCTION_PERCENT / 100) * before[j]}
     if better < wide:
         sharp.forget()
         return _turning_at(problem, better, creep) if better else problem

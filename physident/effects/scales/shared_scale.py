@@ -74,10 +74,9 @@ class SharedScale(Effect):
         columns = tuple(Column(f"{self.name}_{j}", "%", j, self.name) for j in range(1, robot.n + 1))
         return columns, self.percent(robot)
 
-    def once_sized(self, theta: Array, uneven_percent: float) -> Effect:
-        """With joints that differ by a third more or less than the arm, and by what they differ from day to day: what scales one of them by
-        far more is another effect."""
-        share = float(np.hypot(100 * UNEVEN * theta[0], uneven_percent))
+    def once_sized(self, theta: Array) -> Effect:
+        """With joints that differ by a third more or less than the arm: what scales one of them by far more is another effect."""
+        share = 100 * UNEVEN * abs(float(theta[0]))
         return self if self.uneven_percent or share == 0.0 else replace(self, uneven_percent=share)
 
     def prior_sizes(self, robot: Robot) -> Array | None:
