@@ -232,7 +232,7 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
     if candidate is None:
         return weights**2 * hypothesis.left_out_squares
     if candidate.key not in hypothesis.left_out:
-        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.squares_of_blocks(*option_columns(candidate))
+        hypothesis.left_out[candidate.key] = hypothesis.left_out_fits.squares_of_blocks(*_options(candidate))
     return weights**2 * hypothesis.left_out[candidate.key]
 
 
@@ -240,10 +240,10 @@ def contradicted(hypothesis: Hypothesis, candidate: Candidate | None) -> float:
     """By how much the model contradicts what earlier rows said of it, chi squared, with a candidate or without any."""
     if not hypothesis.baseline.prior.any():
         return 0.0
-    return hypothesis.left_out_fits.contradicted(*option_columns(candidate))
+    return hypothesis.left_out_fits.contradicted(*_options(candidate))
 
 
-def option_columns(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[Array]]:
+def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[Array]]:
     """The columns of each option of a candidate, and the prior precision (k,) of its values."""
     options = candidate.options if candidate else ()
     return [option.columns for option in options], [option.prior for option in options]

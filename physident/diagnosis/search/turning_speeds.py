@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.search.acceptance import option_columns
 from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
@@ -71,18 +71,20 @@ def _is_open(effect: Effect) -> bool:
 
 
 def _with_sharp_turns(problem: DiagnosisProblem) -> DiagnosisProblem:
-    """The problem with friction that turns at a creep on the joints where it predicts left-out rows better than a wide turn does, by what is
-    worth naming, if it builds up over a distance, too.
+    """The problem with friction that turns at a creep on the joints where friction that builds up over a distance leaves less beside that than
+    beside a wide turn, by what is worth naming; where these are most joints, on all that are no worse, for the gears of an arm are alike.
 
-    Each is judged on the rows that it calls certain: there are more of them, and harder ones, where the sign turns at once.
+    Both are judged on the rows that are certain where the sign turns at once: beside a wide turn those near a reversal hardly count.
     """
     creep = max(width for width in WIDTHS if width <= TURNED_AT_CREEP * CREEP) * problem.model.robot.radian
     wide = {j for e in filter(_is_open, problem.model.effects) for j in _wider(e, problem.model.robot, creep)}
     if problem.question != "missing" or not isinstance(problem.given, Estimate) or not wide:
         return problem
     sharp = _turning_at(problem, wide, creep)
-    before, after = (_left_out_rms(settled_hypothesis(one, ()), one is sharp) for one in (problem, sharp))
+    before, after = (_rms_with_bristles(settled_hypothesis(one, ()), sharp.weights, wide) for one in (problem, sharp))
     better = {j for j in wide if after[j] < (1 - MIN_REDUCTION_PERCENT / 100) * before[j]}
+    if 2 * len(better) > len(wide):
+        better |= {j for j in wide if after[j] <= before[j]}
     if better < wide:
         sharp.forget()
         return _turning_at(problem, better, creep) if better else problem
@@ -117,15 +119,18 @@ def _restated(problem: DiagnosisProblem, effects: tuple[Effect, ...]) -> Diagnos
     return state_problem(problem.question, other, signals, problem.filter, problem.seed, problem.recording_offsets)
 
 
-def _left_out_rms(hypothesis: Hypothesis, bristles: bool) -> NDArray[np.float64]:
-    """The RMS (n,) [N m|N] of left-out rows by their weights, of each joint with friction that builds up over a distance or without."""
-    squares, problem = hypothesis.left_out_squares.sum(axis=0), hypothesis.problem
-    for one in hypothesis.data.candidates if bristles else ():
+def _rms_with_bristles(
+    hypothesis: Hypothesis, weights: NDArray[np.float64], joints: Collection[int]
+) -> dict[int, float]:
+    """The RMS [N m|N] of rows by some ``weights`` (M, n) that is left of each of some joints (from 0) where its friction may build up over a
+    distance, each joint by itself."""
+    left, size = {j: hypothesis.residual[:, j] for j in joints}, np.sum(weights**2, axis=0)
+    for one in hypothesis.data.candidates:
         effect = one.options[0].effect
-        if effect is not None and effect.dry and not effect.pointwise and len(one.joints) == 1:
-            j = one.joints[0] - 1
-            squares[j] = hypothesis.left_out_fits.squares_of_blocks(*option_columns(one))[:, j].sum()
-    return np.sqrt(squares / np.sum(problem.weights[hypothesis.in_folds] ** 2, axis=0))
+        if effect is not None and effect.dry and not effect.pointwise and {j - 1 for j in one.joints} <= set(joints):
+            (joint,) = one.joints
+            left[joint - 1] = hypothesis.with_effect(one, refine_shape(hypothesis, one)).residual[:, joint - 1]
+    return {j: float(np.sqrt(np.sum((weights[:, j] * one) ** 2) / size[j])) for j, one in left.items()}
 
 
 def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
