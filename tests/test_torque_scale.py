@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.search.acceptance import scales_as_a_whole
+from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.effects.scales.torque_scale import TorqueScale
+from physident.estimation.identify import prepare_all
 from physident.testing import check_effect
 from tests.made_once import made_once
 from tests.plant import Arm, hide, multisine
@@ -19,6 +23,7 @@ UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err 
 THREE = np.array([1.2, 1.2, 1.2, 1.0, 1.0, 1.0])
 APART = np.array([1.15, 1.02, 1.1, 0.94, 1.02, 1.0])  # as gains that have nothing in common
 WARM = 0.86
+DAYS = np.array([1.05, 1.09, 0.97, 1.04, 1.06, 1.0])  # friction of each joint on another day
 DURATION = 12.0  # s: scales of 1.2 and more are large beside the noise of so many rows
 
 
@@ -31,12 +36,18 @@ def warm() -> Arm:
     return replace(Arm(), friction=replace(cold, coulomb=WARM * cold.coulomb, viscous=WARM * cold.viscous))
 
 
+def another_day() -> Arm:
+    friction = Arm().friction
+    return replace(Arm(), friction=replace(friction, coulomb=DAYS * friction.coulomb, viscous=DAYS * friction.viscous))
+
+
 ARMS = {
     "plain": Arm(),
     "1 kg": payload(1.0),
     "2 kg": payload(2.0),
     "warm": warm(),
     "coupled": hide(Arm(), "coupled_friction", (5, 6), 1.0),
+    "of another day": another_day(),
 }
 
 
@@ -126,3 +137,17 @@ def test_a_fit_that_frees_the_masses_has_no_scale_to_change(ur5: pid.Robot, fold
     (cause,) = found.causes
     assert (cause.effect, cause.joints, cause.rivals) == ("coupled_friction", (5, 6), ())
     assert ("torque_scale", "inside what the baseline may take up") in {(u.effect, u.reason) for u in found.unseen}
+
+
+def test_friction_that_differs_on_each_joint_is_no_scale_of_all_torque(
+    model: pid.Estimate, ur5: pid.Robot, folder: Path
+) -> None:
+    """Beside the scale of friction by itself, each joint by a share of its own, a scale of all torque must still predict better."""
+    answers = []
+    for arm, scale in (("of another day", 1.0), ("plain", 1.05)):
+        now = [recorded(folder, arm, seed, seed + 100, scale) for seed in (41, 42)]
+        signals = prepare_all(ur5, now, model.filter)
+        problem = state_problem("different", model, signals, model.filter, 0)
+        (whole,) = (c for c in problem.candidates if c.name == "torque_scale")
+        answers.append(scales_as_a_whole(settled_hypothesis(problem, ()), whole))
+    assert answers == [False, True]

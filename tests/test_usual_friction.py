@@ -98,6 +98,26 @@ def test_what_no_friction_makes_is_a_cause_however_small(model: pid.Estimate) ->
     assert [(one.effect, one.joints) for one in answer.causes] == [("torque_offset", (2,))]
 
 
+@pytest.mark.parametrize("day", [11, 12])
+def test_a_healthy_arm_is_not_accused_of_the_zero_of_the_day(robot: pid.Robot, tmp_path: Path, day: int) -> None:
+    """A sensor whose zero wanders from one recording to the next; a push that is three times as large as ever is told."""
+
+    def zero(number: int) -> float:
+        return float(0.04 * np.random.default_rng(700 + number).choice([-1.0, 1.0]))
+
+    paths = [tmp_path / f"{k}.csv" for k in range(BEFORE)]
+    for k, path in enumerate(paths):
+        recorded(k, k, np.ones(2), push=zero(k)).to_pandas().to_csv(path, index=False)
+    model = pid.identify(robot, paths)
+    answer = pid.diagnose_motion(model, [recorded(0, day, np.ones(2), push=-zero(0))])
+    assert answer.compared
+    assert not answer.causes
+    (seen,) = (one for one in answer.missing_since_before if one.effect == "torque_offset")
+    assert "an offset of" in seen.confounder
+    worse = pid.diagnose_motion(model, [recorded(0, day, np.ones(2), push=zero(0) + 0.4)])
+    assert [(one.effect, one.joints) for one in worse.causes] == [("torque_offset", (2,))]
+
+
 def test_where_healthy_recordings_agree_a_small_change_is_a_cause(robot: pid.Robot, tmp_path: Path) -> None:
     answer = pid.diagnose_motion(
         healthy(robot, tmp_path, 0.0), [recorded(0, 31, np.array([1.0, 1.06])), recorded(1, 32, np.array([1.0, 1.06]))]
