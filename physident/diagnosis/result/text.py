@@ -208,13 +208,12 @@ def _cell(value: float) -> str:
 
 def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str]:
     low, high = f.gain.interval95
-    size = ""
+    size, scatter = "", f" [{low:.1f}, {high:.1f}]" if high > low else ""  # half a second of contact has none
     if len(f.joints) == 1:
         unit = d.model.robot.torque_units[f.joints[0] - 1]
         size = f"RMS {f.gain.rms_before:.3g} {unit} without it, {f.gain.rms_after:.3g} with it, "
     rows = [
-        f"{number}. {with_joints(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows"
-        f" [{low:.1f}, {high:.1f}]"
+        f"{number}. {with_joints(f.effect, f.joints)}: {size}{f.gain.reduction_percent:.1f} % less RMS on left-out rows{scatter}"
     ]
     rows += [f"   {sense_in_words(f)}"] if f.in_words else []
     shown = f.parameters[: 2 * VALUES]
