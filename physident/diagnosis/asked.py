@@ -13,7 +13,6 @@ from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.repeated.comparison import Comparison, compare_with_control
-from physident.diagnosis.repeated.usual_friction import UsualFriction, usual_friction
 from physident.diagnosis.result.findings import Role, UsedRecording
 from physident.dynamics.model import Model
 from physident.errors import InputError, warn
@@ -34,7 +33,7 @@ class Asked:
     ``original`` is the model as it came, and ``model`` the one that is searched: ``complete`` with what its own recordings show already, and as
     sure as they agree. ``recordings`` are diagnosed, ``holdout`` is scored at the end; what was found is held against the ``control``, whose
     signals are ``control_signals``: the recordings ``before`` where some were given. ``own_error`` is what the model leaves of its own
-    recordings, and ``usual_friction`` by how much friction differs between them, None where they are not at hand. The ``warnings`` have been given.
+    recordings, None where they are not at hand. The ``warnings`` have been given.
     """
 
     question: Question
@@ -48,7 +47,6 @@ class Asked:
     control_signals: list[Signals]
     own_error: OwnError | None
     comparison: Comparison
-    usual_friction: UsualFriction | None
     layout: str | None
     drive_gains: tuple[float, ...] | None
     recording_offsets: bool
@@ -139,9 +137,6 @@ def ask(
         searched = as_recordings_agree(complete.estimate, own_signals)
         own_error = OwnError.of(complete.estimate, own_signals, len(diagnosed))
     comparison = compare_with_control(complete.estimate.model if complete else given, signals, control_signals)
-    partners = {k for k in comparison.partner if k is not None}
-    asked_model = searched if isinstance(searched, Model) else searched.model
-    usual = usual_friction(asked_model, control_signals, used_filter, len(partners), len(comparison.compared))
     return Asked(
         question=question,
         original=original,
@@ -154,7 +149,6 @@ def ask(
         control_signals=control_signals,
         own_error=own_error,
         comparison=comparison,
-        usual_friction=usual,
         layout=estimate.layout if estimate else columns,
         drive_gains=gains,
         recording_offsets=recording_offsets,

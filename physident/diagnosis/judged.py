@@ -23,6 +23,7 @@ from physident.diagnosis.repeated.usual_friction import (
     UsualChange,
     differ_as_usual,
     friction_of_the_day,
+    usual_friction,
     usual_in_words,
 )
 from physident.diagnosis.result.errors import ERRS_MORE
@@ -60,8 +61,10 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     checks = check_every_rival(last, searched.same, whole_friction(hypothesis))
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
-    usual = differ_as_usual(hypothesis, asked.usual_friction, len(asked.control_signals))
-    wander = friction_of_the_day(hypothesis, asked.usual_friction)
+    partners = {k for k in asked.comparison.partner if k is not None}
+    known = usual_friction(hypothesis, asked.control_signals, len(partners))
+    usual = differ_as_usual(hypothesis, known, len(asked.control_signals))
+    wander = friction_of_the_day(hypothesis, known)
     sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(

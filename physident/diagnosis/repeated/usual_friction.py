@@ -119,14 +119,13 @@ def usual_in_words(changes: Sequence[UsualChange]) -> str:
     )
 
 
-def usual_friction(
-    model: Model, control: Sequence[Signals], filter: Filter, old: int, compared: int
-) -> UsualFriction | None:
-    """By how much friction and offsets differ by themselves between ``old`` recordings and as many as are ``compared`` with them; None where
-    there are none, or too few of the ``control`` tell."""
-    if not compared or len(control) < FEWEST or not np.any(friction_values(model)):
+def usual_friction(hypothesis: Hypothesis, control: Sequence[Signals], old: int) -> UsualFriction | None:
+    """By how much friction and offsets differ by themselves, beside a comparison with ``old`` recordings that shows something; None where it shows
+    nothing, or too few recordings tell."""
+    problem = hypothesis.problem
+    if not _shown(hypothesis) or len(control) < FEWEST or not np.any(friction_values(problem.model)):
         return None
-    return UsualFriction.of(model, control, filter, old, compared)
+    return UsualFriction.of(problem.model, control, problem.filter, old, len(problem.freedom.compared))
 
 
 def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordings: int) -> dict[Key, UsualChange]:
@@ -154,7 +153,7 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None, recordi
 def friction_of_the_day(hypothesis: Hypothesis, usual: UsualFriction | None) -> Columns | None:
     """One standard deviation of what each joint's friction and its offset (M, 2 n) differ by themselves, in the compared rows: what a value along
     a repeated motion is uncertain by beside noise. None where nobody knows."""
-    if usual is None or not _shown(hypothesis):
+    if usual is None:
         return None
     problem, regressor = hypothesis.problem, hypothesis.data.regressor
     rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))

@@ -43,9 +43,8 @@ class DataProducts:
         self.data, self.base, self.token = replace(data, kept={}), base, object()
         self.labels, self.fold = np.unique(data.fold), data.fold
         self.parts, self.fold_of_unit = _parts(data)
-        self.recording_of_unit = np.zeros(
-            len(self.fold_of_unit), dtype=np.intp
-        )  # of gaps between blocks it says nothing
+        # of the unit between blocks it says nothing
+        self.recording_of_unit = np.zeros(len(self.fold_of_unit), dtype=np.intp)
         for part in self.parts:
             self.recording_of_unit[part.unit] = data.regressor.recording[part.rows.start]
         self.index = {int(label): k for k, label in enumerate(self.labels)}
