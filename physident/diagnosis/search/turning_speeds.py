@@ -127,10 +127,11 @@ def _rms_with_bristles(
     left, size = {j: hypothesis.residual[:, j] for j in joints}, np.sum(weights**2, axis=0)
     for one in hypothesis.data.candidates:
         effect = one.options[0].effect
-        if effect is not None and effect.dry and not effect.pointwise and {j - 1 for j in one.joints} <= set(joints):
-            (joint,) = one.joints
-            left[joint - 1] = hypothesis.with_effect(one, refine_shape(hypothesis, one)).residual[:, joint - 1]
-    return {j: float(np.sqrt(np.sum((weights[:, j] * one) ** 2) / size[j])) for j, one in left.items()}
+        bristles = effect is not None and effect.dry and not effect.pointwise
+        if bristles and len(one.joints) == 1 and (j := one.joints[0] - 1) in left:
+            left[j] = hypothesis.with_effect(one, refine_shape(hypothesis, one)).residual[:, j]
+    # a joint that no row counts has none
+    return {j: float(np.sqrt(np.sum((weights[:, j] * one) ** 2) / max(size[j], 1e-300))) for j, one in left.items()}
 
 
 def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
