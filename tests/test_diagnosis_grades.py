@@ -34,7 +34,9 @@ def level(rms: np.ndarray) -> ExpectedError:
 def hypothesis() -> Any:
     """Two joints of equal noise, whose rows all count in full."""
     full = np.ones((100, 2))
-    problem = SimpleNamespace(weights=full, regressor=SimpleNamespace(counted=full > 0), all_compared=False)
+    problem = SimpleNamespace(
+        weights=full, regressor=SimpleNamespace(counted=full > 0), all_compared=False, question="different"
+    )
     return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem, accepted=()))
 
 
@@ -158,6 +160,26 @@ def test_what_is_sure_of_none_of_its_values_makes_no_cause_though_a_control_says
     sure = replace(VAGUE, name="mcx", value=1.0, change=1.0, interval95=(0.8, 1.2), change_interval95=(0.8, 1.2))
     several = [finding(2.0, 0.5, parameters=some) for some in ((VAGUE, VAGUE), (VAGUE, sure))]
     assert [grade(one, controlled=True) for one in several] == ["contribution", "cause"]
+
+
+def test_a_contribution_that_takes_more_than_it_leaves_says_why_it_is_no_cause() -> None:
+    def reason(one: Finding, compared: bool = False, noise: np.ndarray = NOISE, question: str = "different") -> str:
+        of = hypothesis()
+        of.problem.all_compared, of.problem.question = compared, question
+        (told,) = graded(of, [one], level(noise))
+        assert told.grade == "contribution"
+        return told.no_cause
+
+    open_value = finding(2.0, 0.5, parameters=(VAGUE,))
+    assert "may be the one from before" in reason(open_value)
+    assert "may be zero" in reason(open_value, question="missing")
+    assert "small beside what the model errs by" in reason(finding(0.5 / 0.98, 0.5))
+    assert "takes twice what it leaves" in reason(finding(1.0, 0.36**0.5), compared=True, noise=np.full(2, 1e-3))
+    # where it leaves more than it takes, the two numbers say it
+    assert reason(finding(1.25**0.5, 0.85**0.5)) == ""
+    # a cause and a hint have no such reason
+    for one in (finding(2.0, 0.5), finding(2.0, 0.5, parameters=(VAGUE,), doubts=("unstable",))):
+        assert graded(hypothesis(), [one], level(NOISE))[0].no_cause == ""
 
 
 def test_a_doubt_makes_a_hint_however_much_it_takes() -> None:

@@ -143,6 +143,15 @@ def test_a_curve_is_told_by_where_it_is_large_not_by_its_numbers(ur5: pid.Robot,
     assert PLACE - 2 * WIDTH < low < PLACE < high < PLACE + 2 * WIDTH  # at least half of it is there
 
 
+def test_the_ends_of_a_narrow_range_are_told_apart(ur5: pid.Robot) -> None:
+    """A range of 4 mrad at 1.8 rad is no empty one, and that of a single place is a place."""
+    effect, x = LearnedPosition((3,), (-2.0,), (2.0,), (1.0,)), np.array([0.0, 1.796, 1.798, 1.8, 1.9])
+    narrow = effect.points_in_words(ur5, 0, x, np.array([0.0, 1.0, 1.2, 1.0, 0.0]))
+    assert narrow.endswith("+1.2 N m between 1.796 and 1.8 rad")
+    assert effect.points_in_words(ur5, 0, x, np.array([0.0, 0.0, 1.2, 0.0, 0.0])).endswith("+1.2 N m at 1.8 rad")
+    assert effect.points_in_words(ur5, 0, x, np.array([0.0, 1.0, 1.0, 1.0, 1.0])).endswith("between 1.8 and 1.9 rad")
+
+
 def test_a_model_may_be_curves_alone(ur5: pid.Robot, runs: list[pid.Recording]) -> None:
     """Most of what a shoulder carries is its weight, which a curve over its position takes."""
     estimate = pid.identify(ur5, runs[:2], [LearnedPosition()])

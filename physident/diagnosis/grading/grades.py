@@ -22,6 +22,13 @@ NOTICED = 0.05  # of the power of what the model errs by on a joint: below on al
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
+HALF_ITS_SHAPE = (
+    "no cause, because along repeated motions a cause takes twice what it leaves: another law may fit better"
+)
+UNNOTICED = "no cause, because it is small beside what the model errs by anyway"
+BEYOND = "no cause, because its best shape lies beyond what is physical: another law may fit better"
+HOLDS_ZERO = "no cause, because each of its values may be zero"
+HOLDS_OLD = "no cause, because each of its values may be the one from before"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,15 +123,26 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
     holds_old = bool(sized) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
     # a control says that one value changed; of several, none of which it is sure of, it knows the torque and not the name
-    vague = (holds_old and (not controlled or len(sized) > 1)) or _beyond_bounds(finding, hypothesis)
+    open_values, beyond = holds_old and (not controlled or len(sized) > 1), _beyond_bounds(finding, hypothesis)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
-    is_cause = share.takes > enough * share.leaves and shown > least and not vague
+    against = {
+        HALF_ITS_SHAPE: share.takes <= enough * share.leaves,
+        UNNOTICED: shown <= least,
+        BEYOND: beyond,
+        HOLDS_ZERO if problem.question == "missing" else HOLDS_OLD: open_values,
+    }
     doubts = finding.doubts or (() if share.takes > 0 else (NEEDLESS,))
-    grade: Grade = "hint" if doubts else "cause" if is_cause else "contribution"
+    grade: Grade = "hint" if doubts else "contribution" if any(against.values()) else "cause"
+    told = grade == "contribution" and share.takes > share.leaves  # else the numbers say it
     scale = 100 / share.before if share.before > 0 else 0.0
     return replace(
-        finding, grade=grade, doubts=doubts, takes_percent=scale * share.takes, leaves_percent=scale * share.leaves
+        finding,
+        grade=grade,
+        doubts=doubts,
+        takes_percent=scale * share.takes,
+        leaves_percent=scale * share.leaves,
+        no_cause=next(reason for reason, holds in against.items() if holds) if told else "",
     )
 
 

@@ -90,7 +90,7 @@ class Finding:
     ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
     where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
     what the finding shows. ``in_words`` says what its values mean, where numbers with units do not; ``curves`` are those of a learned
-    effect.
+    effect. ``no_cause`` says why a contribution is no cause, although it takes more than it leaves.
     """
 
     effect: str
@@ -110,6 +110,7 @@ class Finding:
     doubts: tuple[str, ...] = ()
     confounder: str = ""
     curves: tuple[CurveBand, ...] = ()
+    no_cause: str = ""
 
     @property
     def by_joint(self) -> bool:

@@ -29,6 +29,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "confounder": "",
     "in_words": "",
     "curves": [],
+    "no_cause": "",
 }
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file

@@ -125,7 +125,7 @@ def curves_in_brief(finding: Finding) -> str:
 def trust_in_words(finding: Finding) -> str:
     """A sentence with the grade of what is no cause, why, and how many searches on halves found it; empty where nothing is to be said."""
     searches = [] if finding.stability is None else [searches_in_words(finding.stability)]
-    reasons = ", ".join(dict.fromkeys([*finding.doubts, *searches]))
+    reasons = ", ".join(dict.fromkeys([*filter(None, [finding.no_cause]), *finding.doubts, *searches]))
     grade = "" if finding.grade == "cause" else f"A {finding.grade}, no cause"
     text = ": ".join(filter(None, [grade, reasons]))
     return f"{text[0].upper()}{text[1:]}." if text else ""

@@ -228,10 +228,8 @@ class LearnedCurve(Effect):
         first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
         last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
         unit = robot.joints[j].unit(self.unit)
-        return (
-            f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} between {x[first]:.2g} and"
-            f" {x[last]:.2g} {self.unit_of_quantity(robot, j)}"
-        )
+        where = f"{_range_in_words(float(x[first]), float(x[last]))} {self.unit_of_quantity(robot, j)}"
+        return f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} {where}"
 
     dependence: ClassVar[str] = "position"  # its quantity, in a sentence
 
@@ -277,3 +275,12 @@ class LearnedCurve(Effect):
         """``scale`` as a NumPy expression."""
         width = array_source(1 / (high - low))
         return f"((np.minimum(np.maximum({x}, {array_source(low)}), {array_source(high)}) - {array_source(low)}) * {width})"
+
+
+def _range_in_words(low: float, high: float) -> str:
+    """The ends of a range, to as many digits as tell them apart."""
+    for digits in (2, 3, 4):
+        ends = [f"{end:.{digits}g}" for end in (low, high)]
+        if ends[0] != ends[1]:
+            return f"between {ends[0]} and {ends[1]}"
+    return f"at {high:.2g}"
