@@ -111,6 +111,7 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     contact = replace(finding("contact", "cause"), intervals=((1.0, 2.0),))
     answer = single_cause([*given, contact])
     assert [f.grade for f in answer] == ["cause", "contribution", "hint", "cause"]
+    assert ["one of more than a handful" in f.no_cause for f in answer] == [False, True, False, False]
     assert [f.grade for f in single_cause(given[1:])] == ["cause", "hint"]
     ordinary = single_cause(
         [*given[::-1], contact], ordinary={"coulomb_friction"}

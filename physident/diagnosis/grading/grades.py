@@ -28,6 +28,7 @@ HALF_ITS_SHAPE = (
 UNNOTICED = "no cause, because it is small beside what the model errs by anyway"
 BEYOND = "no cause, because its best shape lies beyond what is physical: another law may fit better"
 HOLDS_ZERO = "no cause, because each of its values may be zero"
+ONE_OF_MANY = "no cause, because it is one of more than a handful"
 HOLDS_OLD = "no cause, because each of its values may be the one from before"
 
 
@@ -96,7 +97,7 @@ def single_cause(findings: Sequence[Finding], ordinary: Collection[str] = ()) ->
     """
     best = next((f for f in findings if f.grade == "cause" and not f.intervals and f.effect not in ordinary), None)
     return tuple(
-        replace(f, grade="contribution")
+        replace(f, grade="contribution", no_cause=ONE_OF_MANY)
         if f.grade == "cause" and f is not best and not f.intervals and f.effect not in ordinary
         else f
         for f in findings
