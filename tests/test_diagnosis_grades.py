@@ -17,6 +17,7 @@ from physident.diagnosis.grading.grades import ExpectedError, graded
 from physident.diagnosis.grading.holdout import errs_more_where
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
+from physident.diagnosis.result.wording import trust_in_words
 from physident.diagnosis.search.forward_search import HANDFUL, settled_hypothesis
 from physident.effects.contact import Contact
 from tests.opened import opened
@@ -171,7 +172,7 @@ def test_a_contribution_that_takes_more_than_it_leaves_says_why_it_is_no_cause()
         return told.no_cause
 
     open_value = finding(2.0, 0.5, parameters=(VAGUE,))
-    assert "may be the one from before" in reason(open_value)
+    assert reason(open_value) == "each of its values may be the model's own"
     assert "may be zero" in reason(open_value, question="missing")
     assert "small beside what the model errs by" in reason(finding(0.5 / 0.98, 0.5))
     assert "takes twice what it leaves" in reason(finding(1.0, 0.36**0.5), compared=True, noise=np.full(2, 1e-3))
@@ -288,3 +289,10 @@ def test_the_model_that_is_handed_on_is_judged_where_its_findings_act(
     held = healthy_runs[3:4]
     assert errs_more_where(both, [[0], [1], []], held, None, spoilt) == [False, True, False]
     assert errs_more_where(both, [[0], [1], []], held, None, both.problem.model) == [False, False, False]
+
+
+def test_a_reason_is_said_once_in_text_and_report() -> None:
+    told = finding(2.0, 0.5, grade="contribution", no_cause="each of its values may be zero", stability=0.9)
+    words = trust_in_words(told)
+    assert words.count("no cause") == 1
+    assert words.startswith("A contribution, no cause: each of its values may be zero, found in 18 of 20 searches")

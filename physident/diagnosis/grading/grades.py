@@ -22,14 +22,12 @@ NOTICED = 0.05  # of the power of what the model errs by on a joint: below on al
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
-HALF_ITS_SHAPE = (
-    "no cause, because along repeated motions a cause takes twice what it leaves: another law may fit better"
-)
-UNNOTICED = "no cause, because it is small beside what the model errs by anyway"
-BEYOND = "no cause, because its best shape lies beyond what is physical: another law may fit better"
-HOLDS_ZERO = "no cause, because each of its values may be zero"
-ONE_OF_MANY = "no cause, because it is one of more than a handful"
-HOLDS_OLD = "no cause, because each of its values may be the one from before"
+HALF_ITS_SHAPE = "along repeated motions a cause takes twice what it leaves: another law may fit better"
+UNNOTICED = "it is small beside what the model errs by anyway"
+BEYOND = "its best shape lies beyond what is physical: another law may fit better"
+HOLDS_ZERO = "each of its values may be zero"
+ONE_OF_MANY = "it is one of more than a handful"
+HOLDS_OLD = "each of its values may be the model's own"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

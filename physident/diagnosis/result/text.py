@@ -100,7 +100,8 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             ends = dict.fromkeys(
                 f"its {v.name} lies at the end of the range searched" for v in f.parameters if v.at_end
             )
-            doubts = "".join(f"; {doubt}" for doubt in (*ends, *filter(None, [f.no_cause]), *f.doubts))
+            why = [f"no cause, because {f.no_cause}"] if f.no_cause else []
+            doubts = "".join(f"; {doubt}" for doubt in (*ends, *why, *f.doubts))
             rest = "".join(
                 f"; what {with_joints(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f)
             )
