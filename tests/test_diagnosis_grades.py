@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
+from dataclasses import fields, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,6 +15,7 @@ from physident.diagnosis.grading import grades
 from physident.diagnosis.grading import members as member_effects
 from physident.diagnosis.grading.grades import ExpectedError, graded
 from physident.diagnosis.grading.holdout import errs_more_where
+from physident.diagnosis.judged import Judged, as_hints
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import Finding, ParameterValue, Reduction
 from physident.diagnosis.result.wording import trust_in_words
@@ -296,3 +297,11 @@ def test_a_reason_is_said_once_in_text_and_report() -> None:
     words = trust_in_words(told)
     assert words.count("no cause") == 1
     assert words.startswith("A contribution, no cause: each of its values may be zero, found in 18 of 20 searches")
+
+
+def test_a_hint_has_doubts_and_no_reason_of_a_contribution() -> None:
+    lesser = finding(2.0, 0.5, grade="contribution", no_cause="each of its values may be zero")
+    open_fields: dict[str, Any] = dict.fromkeys(one.name for one in fields(Judged))
+    (told,) = as_hints(Judged(**{**open_fields, "findings": (lesser,), "old": ()})).findings
+    assert (told.grade, told.no_cause) == ("hint", "")
+    assert told.doubts

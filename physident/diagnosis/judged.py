@@ -153,6 +153,6 @@ def as_hints(judged: Judged) -> Judged:
     """The same findings, each a hint, because the model that they extend errs more with them."""
 
     def doubted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-        return tuple(replace(one, grade="hint", doubts=(*one.doubts, ERRS_MORE)) for one in findings)
+        return tuple(replace(one, grade="hint", doubts=(*one.doubts, ERRS_MORE), no_cause="") for one in findings)
 
     return replace(judged, findings=doubted(judged.findings), old=doubted(judged.old))

@@ -46,7 +46,7 @@ def held_to_unseen(
         lost = errs_more_where(hypothesis, groups, holdout, drive_gains, refitted.model)
         worse = [either or other for either, other in zip(worse, lost, strict=True)]
     return tuple(
-        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN)) if bad else finding
+        replace(finding, grade="hint", doubts=(*finding.doubts, UNSEEN), no_cause="") if bad else finding
         for finding, bad in zip(findings, worse, strict=True)
     )
 
