@@ -175,6 +175,8 @@ def test_a_contribution_that_takes_more_than_it_leaves_says_why_it_is_no_cause()
     open_value = finding(2.0, 0.5, parameters=(VAGUE,))
     assert reason(open_value) == "each of its values may be the model's own"
     assert "may be zero" in reason(open_value, question="missing")
+    unsure = Reduction(rms_before=2.0, rms_after=0.5, reduction_percent=75.0, interval95=(-5.0, 90.0))
+    assert "predicted as well without it" in reason(finding(2.0, 0.5, gain=unsure))
     assert "small beside what the model errs by" in reason(finding(0.5 / 0.98, 0.5))
     assert "takes twice what it leaves" in reason(finding(1.0, 0.36**0.5), compared=True, noise=np.full(2, 1e-3))
     # where it leaves more than it takes, the two numbers say it

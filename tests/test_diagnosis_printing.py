@@ -195,6 +195,21 @@ def test_a_contribution_has_its_value_and_what_it_may_also_be(diagnosis: pid.Dia
     assert "torque_constant (joint 5) or viscous_friction (joint 5): 0.018 [0.016, 0.02], 10.0 % less RMS" in row
 
 
+@pytest.mark.parametrize(("reach", "says"), [(99.0, "0.013 rad [0.000131, 1.29]"), (101.0, "distance not known")])
+def test_a_shape_of_which_not_even_the_order_of_magnitude_is_known_has_no_value(
+    diagnosis: pid.Diagnosis, reach: float, says: str
+) -> None:
+    ends = (0.013 / reach, 0.013 * reach)
+    shape = ParameterValue(
+        name="distance", joint=5, value=0.013, change=0.013, std=0.1, interval95=ends, change_interval95=ends, unit="rad"
+    )  # fmt: skip
+    found = Finding(
+        effect="presliding_hysteresis", joints=(5,), parameters=(shape,), rivals=(), intervals=(), advice="", evidence=9.0,
+        gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), grade="cause",
+    )  # fmt: skip
+    assert says in repr(replace(diagnosis, findings=(found,)))
+
+
 @pytest.mark.parametrize(("count", "says"), [(1, "but not how large it is"), (2, "none of its single values is")])
 def test_a_cause_whose_values_may_all_be_zero_says_what_that_means(
     diagnosis: pid.Diagnosis, count: int, says: str

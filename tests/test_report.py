@@ -301,6 +301,52 @@ def test_a_placebo_that_passed_and_a_rival_are_said_before_anything_else(
     assert "Note:" not in calm.text
 
 
+def test_a_shape_of_which_nothing_is_known_has_no_value(folder: Path) -> None:
+    def wide(data: dict[str, Any]) -> None:
+        (size,) = data["findings"][0]["parameters"]
+        shape = {**size, "name": "distance", "value": 0.013, "unit": "rad", "interval95": [2e-11, 7e6]}
+        data["findings"][0]["parameters"].append({**shape, "change": 0.013, "change_interval95": [2e-11, 7e6]})
+
+    rows = cells(page_of(folder, wide))
+    assert rows["distance"] == ["2", "not known", ""]
+    assert float(rows["load-dependent friction"][1]) == pytest.approx(MU, rel=0.05)
+
+
+def test_evidence_is_drawn_in_units_of_each_threshold(folder: Path) -> None:
+    def known(data: dict[str, Any]) -> None:
+        for placebo in data["placebos"]:
+            placebo.update(gain=-1.0, threshold=50.0)
+        data["placebos"][3].update(gain=24.5, threshold=50.0)
+        data["findings"][0].update(evidence=400.0, threshold=25.0)
+
+    def of_before(data: dict[str, Any]) -> None:
+        known(data)
+        del data["findings"][0]["threshold"]
+
+    page = page_of(folder, known)
+    (drawn,) = page.all("div", "scale")
+    places = {
+        name: [float(re.findall(r"left:([\d.]+)%", one.attributes["style"])[0]) for one in drawn.all(name)]
+        for name in ("i", "u", "b")
+    }
+    ((finding,), (threshold,), placebos) = places.values()
+    zero = min(placebos)  # of those that explain less than nothing
+    assert threshold - zero == pytest.approx((finding - zero) / 4, abs=0.1)
+    assert max(placebos) - zero == pytest.approx(0.7 * (threshold - zero), abs=0.1)
+    assert cells(page)["load-dependent friction on joint 2"] == ["400", "25.0", "16"]
+    assert cells(page)["nearest of 12 placebos (0 above the threshold)"] == ["24.5", "50.0", "0.49"]
+    before = page_of(folder, of_before)
+    assert not before.all("div", "scale")[0].all("i")
+    assert cells(before)["load-dependent friction on joint 2"] == ["400", "–", "–"]
+
+
+def cells(page: Element) -> dict[str, list[str]]:
+    """The rows of tables of numbers, by what stands first in them."""
+    rows = (row for table in page.all("table", "numbers") for body in table.all("tbody") for row in body.all("tr"))
+    texts = [[cell.text for cell in row.all("td")] for row in rows]
+    return {first: rest for first, *rest in texts}
+
+
 def test_what_does_not_repeat_is_shown_and_nothing_below_it_is_called_structure(folder: Path) -> None:
     def repeated(data: dict[str, Any]) -> None:
         data.update(verdict="partly_explained")

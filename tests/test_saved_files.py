@@ -90,6 +90,7 @@ def test_diagnosis_file() -> None:
     for one in again["findings"]:
         assert (one.pop("grade"), one.pop("takes_percent"), one.pop("leaves_percent")) == ("cause", None, None)
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
+        assert one.pop("threshold") is None
         assert (one.pop("in_words"), one.pop("curves"), one.pop("no_cause")) == ("", [], "")
         for value in one["parameters"]:
             low, high = value.pop("change_interval95")

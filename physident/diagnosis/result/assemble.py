@@ -79,6 +79,7 @@ def _finding(
     ]
     known = [trust.get(one.candidate.key, Trust()) for one in accepted]
     shares = [one.stability for one in known if one.stability is not None]
+    least = [check.threshold for check in group if check.threshold is not None]
     return Finding(
         effect=name,
         joints=joints,
@@ -88,6 +89,7 @@ def _finding(
         intervals=tuple(interval for one in accepted for interval in getattr(one.effect, "intervals", ())),
         advice=" ".join(filter(None, texts)),
         evidence=float(sum(check.gain for check in group)),
+        threshold=sum(least) if len(least) == len(group) else None,
         recording=getattr(accepted[0].effect, "recording", ""),
         in_words=values_in_words(hypothesis, accepted),
         curves=tuple(band for band in bands if band is not None),

@@ -17,6 +17,7 @@ UnseenReason = Literal[
 ]
 Role = Literal["diagnosed", "holdout", "before"]  # before: what a change was held against, where it was given
 Grade = Literal["cause", "contribution", "hint"]
+OPEN = 100.0  # times a shape: beyond, not even its order of magnitude is known
 SEARCHES = 20  # on halves: a share is then known to a tenth
 Verdict = Literal["explained", "partly_explained", "nothing_missing", "unexplained"]
 
@@ -39,6 +40,12 @@ class ParameterValue:
     change_interval95: tuple[float, float]
     unit: str
     at_end: bool = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a shape, which is known by its logarithm, may be a hundred times as large or as small: then it is not known."""
+        low, high = self.interval95
+        return low > 0 and high > OPEN * self.value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +88,8 @@ class Finding:
     """A named cause: an effect on some joints (from 1; empty: the whole arm), with its values and its gain on left-out rows.
 
     ``rivals`` could stand in its place, ``advice`` says what would separate them. A contact has ``intervals`` (start, end)
-    [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise.
+    [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise, ``threshold`` what it had to exceed (None where
+    that is not known), both summed over the joints.
 
     A "cause" takes more than it leaves: ``takes_percent`` of the squared left-out error where it shows vanishes with it, all else
     refitted, and ``leaves_percent`` of it remains unexplained in the end. A "contribution" takes less, or its values are vague.
@@ -101,6 +109,7 @@ class Finding:
     intervals: tuple[tuple[float, float], ...]
     advice: str
     evidence: float
+    threshold: float | None = None
     recording: str = ""
     grade: Grade = "cause"
     takes_percent: float | None = None

@@ -30,6 +30,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "in_words": "",
     "curves": [],
     "no_cause": "",
+    "threshold": None,
 }
 READER = RecordReader("diagnose again")
 MAX_BYTES = 200_000_000  # of a diagnosis file

@@ -254,6 +254,8 @@ def _value(v: ParameterValue, several: bool) -> str:
     place = f" of joint {v.joint}" if several else ""
     end = ", at the end of the range searched" if v.at_end else ""
     unit = "" if v.unit == "1" else f" {v.unit}"
+    if v.is_open:
+        return f"{v.name}{place} not known"
     low, high = v.change_interval95
     to = "" if v.change == v.value else f" to {v.value:.4g}"
     size = f"{v.value:.4g}" if v.change == v.value else f"changed by {v.change:+.4g}"

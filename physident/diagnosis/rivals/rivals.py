@@ -18,7 +18,7 @@ from physident.diagnosis.search.acceptance import (
     left_out_costs,
     makes_redundant,
 )
-from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.candidate_scores import CandidateScores, contact_thresholds
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
@@ -34,9 +34,9 @@ CONTAINED = 0.01  # share of an effect's torque outside a larger one's columns: 
 
 @dataclass(frozen=True, eq=False)
 class RivalCheck:
-    """An accepted effect beside all others: its left-out ``gain``, the candidates that could stand in its place as far as these
-    recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints that contain it. ``friction``: the change of all friction
-    of its joint that makes this torque, too; None where none does."""
+    """An accepted effect beside all others: its left-out ``gain`` and the ``threshold`` of that (None: not asked), the candidates that could stand
+    in its place as far as these recordings can tell, those that make the ``same`` torque on any motion, and ``larger`` laws of its joints
+    that contain it. ``friction``: the change of all friction of its joint that makes this torque, too; None where none does."""
 
     accepted: AcceptedEffect
     gain: float
@@ -44,6 +44,7 @@ class RivalCheck:
     same: tuple[Candidate, ...] = ()
     larger: tuple[Candidate, ...] = ()
     friction: WholeFriction | None = None
+    threshold: float | None = None
 
 
 def check_every_rival(
@@ -56,14 +57,23 @@ def check_every_rival(
 
     def found(
         i: int,
-    ) -> tuple[float, list[list[Key]]]:  # names and places: effects of users cannot be sent between processes
+    ) -> tuple[
+        float, float | None, list[list[Key]]
+    ]:  # names and places: effects of users cannot be sent between processes
         check = check_rivals(last, hypothesis.accepted[i], same.get(keys[i], ()))
-        return check.gain, [[one.key for one in some] for some in (check.rivals, check.same, check.larger)]
+        names = [[one.key for one in some] for some in (check.rivals, check.same, check.larger)]
+        return check.gain, check.threshold, names
 
     checks = zip(hypothesis.accepted, keys, mapped(found, range(len(keys))), strict=True)
     return [
-        RivalCheck(one, gain, *(tuple(candidates[k] for k in names) for names in told), friction=friction.get(key))
-        for one, key, (gain, told) in checks
+        RivalCheck(
+            one,
+            gain,
+            *(tuple(candidates[k] for k in names) for names in told),
+            friction=friction.get(key),
+            threshold=threshold,
+        )
+        for one, key, (gain, threshold, told) in checks
     ]
 
 
@@ -77,7 +87,8 @@ def check_rivals(
     others = [a for a in hypothesis.accepted if a is not accepted]
     rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
     if accepted.candidate is CONTACT:
-        return RivalCheck(accepted, float(scan_contacts(rest, rest.data.response[:, :, None]).evidence[0]), ())
+        push = scan_contacts(rest, rest.data.response[:, :, None])
+        return RivalCheck(accepted, float(push.evidence[0]), (), threshold=contact_thresholds(rest)[0])
     gains = left_out_gains(rest.data, rest.baseline, rest.fit, products=rest.products).evidence[:, 0]
     candidates, weights = rest.data.candidates, hypothesis.fit.weights
     accepted_candidate = next(c for c in candidates if c.key == accepted.candidate.key)
@@ -98,7 +109,8 @@ def check_rivals(
     alike = (c for c, gain in zip(candidates, gains, strict=True) if gain >= last.threshold and _is_larger(c, accepted))
     larger = tuple(c for c in alike if _contains(rest, c, accepted))
     gain = float(gains[candidates.index(accepted_candidate)])
-    return RivalCheck(accepted, gain, tuple(rivals), possible, larger)
+    least = last.threshold_of(accepted.candidate.key, others)
+    return RivalCheck(accepted, gain, tuple(rivals), possible, larger, threshold=least)
 
 
 def _is_larger(other: Candidate, accepted: AcceptedEffect) -> bool:

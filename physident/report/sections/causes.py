@@ -113,10 +113,12 @@ def _parameters(f: Finding) -> list[Markup]:
 
 def _row(f: Finding, v: ParameterValue, changed: bool) -> list[str]:
     low, high = v.change_interval95
-    name = effect_label(v.name)
+    row = [effect_label(v.name), *([str(v.joint)] if f.joints or f.by_joint else [])]
+    if v.is_open:
+        return [*row, "not known", *([""] if changed else []), ""]
     interval = joined(f"{number(low)} to {quantity(high, v.unit)}", *_zero(low, high), *_end(v))
-    row = [name, *([str(v.joint)] if f.joints or f.by_joint else []), quantity(v.value, v.unit)]
-    return [*row, *([quantity(v.change, v.unit, sign=True)] if changed else []), interval]
+    change = [quantity(v.change, v.unit, sign=True)] if changed else []
+    return [*row, quantity(v.value, v.unit), *change, interval]
 
 
 def _end(v: ParameterValue) -> list[Markup]:
