@@ -54,7 +54,7 @@ def last(first: CandidateScores) -> CandidateScores:
 
 
 def checks(last: CandidateScores) -> list[RivalCheck]:
-    return [RivalCheck(one, 10.0, ()) for one in last.hypothesis.accepted]
+    return [RivalCheck(one, 10.0, (), threshold=last.threshold) for one in last.hypothesis.accepted]
 
 
 def test_what_chance_brings_in_seldom_passes() -> None:

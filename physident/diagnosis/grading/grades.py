@@ -23,7 +23,7 @@ NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best o
 SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
 HALF_ITS_SHAPE = "along repeated motions a cause takes twice what it leaves: another law may fit better"
-UNSURE = "left-out rows may be predicted as well without it"
+UNSURE = "left-out rows may be predicted as well without it"  # beside what was found later, less is left for it than when it was accepted
 UNNOTICED = "it is small beside what the model errs by anyway"
 BEYOND = "its best shape lies beyond what is physical: another law may fit better"
 HOLDS_ZERO = "each of its values may be zero"
@@ -128,8 +128,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     against = {
         HALF_ITS_SHAPE: share.takes <= enough * share.leaves,
-        UNSURE: finding.gain.interval95[0]
-        <= 0,  # beside what was found later, less is left for it than when it was accepted
+        UNSURE: finding.gain.interval95[0] <= 0,
         UNNOTICED: shown <= least,
         BEYOND: beyond,
         HOLDS_ZERO if problem.question == "missing" else HOLDS_OLD: open_values,

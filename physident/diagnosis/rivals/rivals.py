@@ -55,26 +55,18 @@ def check_every_rival(
     candidates = {one.key: one for one in hypothesis.problem.candidates}
     keys = [one.candidate.key for one in hypothesis.accepted]
 
-    def found(
-        i: int,
-    ) -> tuple[
-        float, float | None, list[list[Key]]
-    ]:  # names and places: effects of users cannot be sent between processes
+    # names and places: effects of users cannot be sent between processes
+    def found(i: int) -> tuple[float, float | None, list[list[Key]]]:
         check = check_rivals(last, hypothesis.accepted[i], same.get(keys[i], ()))
         names = [[one.key for one in some] for some in (check.rivals, check.same, check.larger)]
         return check.gain, check.threshold, names
 
-    checks = zip(hypothesis.accepted, keys, mapped(found, range(len(keys))), strict=True)
-    return [
-        RivalCheck(
-            one,
-            gain,
-            *(tuple(candidates[k] for k in names) for names in told),
-            friction=friction.get(key),
-            threshold=threshold,
-        )
-        for one, key, (gain, threshold, told) in checks
-    ]
+    told = zip(hypothesis.accepted, keys, mapped(found, range(len(keys))), strict=True)
+    checks = []
+    for one, key, (gain, threshold, names) in told:
+        some = (tuple(candidates[k] for k in each) for each in names)
+        checks.append(RivalCheck(one, gain, *some, friction=friction.get(key), threshold=threshold))
+    return checks
 
 
 def check_rivals(

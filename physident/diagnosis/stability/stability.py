@@ -11,7 +11,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.acceptance import is_not_imitated
@@ -59,7 +58,7 @@ def stability_of(
     for _ in range(PAIRS):
         order = rng.permutation(stored.units)
         halves += [order[:half], order[half : 2 * half]]
-    lower = {c.accepted.candidate.key: HALF * _threshold(last, c.accepted) for c in checks}
+    lower = {c.accepted.candidate.key: HALF * c.threshold for c in checks if c.threshold is not None}
     found = mapped(lambda units: search_half(stored, units, hypothesis, HALF * last.threshold, lower), halves)
     for check in checks:
         key = check.accepted.candidate.key
@@ -79,8 +78,3 @@ def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Ke
         if not told or is_not_imitated(first.hypothesis, candidate):
             result.add(candidate.key)
     return result
-
-
-def _threshold(last: CandidateScores, one: AcceptedEffect) -> float:
-    """What an accepted effect had to exceed beside the others."""
-    return last.threshold_of(one.candidate.key, [a for a in last.hypothesis.accepted if a is not one])
