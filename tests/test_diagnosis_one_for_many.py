@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.grades import is_patchwork, single_cause
+from physident.diagnosis import judged, searched
+from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
 from physident.diagnosis.learned import learn
 from physident.diagnosis.result.findings import Finding, Grade, Reduction
 from physident.diagnosis.result.wording import wrong_baseline_sentence
@@ -163,6 +164,28 @@ def test_a_model_is_not_extended_by_a_patchwork(tmp_path: Path, monkeypatch: pyt
     assert {f.effect for f in confirmed.findings if f.grade != "hint"} <= carried
     assert len(carried - {e.name for e in estimate.model.effects}) > 1
     assert "alone" not in str(confirmed)
+
+
+def test_a_joint_that_was_found_beside_what_is_not_carried_is_a_hint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Friction bends on both joints; that of the first is taken for one that does not meet the conditions beside the other alone."""
+    (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
+    runs = [recorded(seed, LEVEL) for seed in (41, 42)]
+    runs = [replace(one, effort=one.effort + 2.0 * one.dq * np.abs(one.dq)) for one in runs if one.dq is not None]
+    estimate = pid.identify(pid.load_robot(tmp_path / "two.urdf"), runs)
+    monkeypatch.setattr(
+        searched, "search_and_learn", lambda problem, progress: replace(search_effects(problem), overfull=True)
+    )
+    monkeypatch.setattr(judged, "without_redundant", lambda problem, accepted, last: accepted[:1])
+    stopped = pid.diagnose_motion(estimate, runs)
+    (cause,) = stopped.causes
+    (lost,) = [f for f in stopped.findings if f.effect == cause.effect and f is not cause]
+    assert (cause.joints, lost.joints) == ((2,), (1,))
+    assert (lost.grade, lost.doubts) == ("hint", (BESIDE_OTHERS,))
+    assert stopped.extended is not None
+    (carried,) = [e for e in stopped.extended.effects if e.name == cause.effect]
+    assert carried.joints == (2,)
 
 
 def test_changes_that_a_control_set_apart_are_no_patchwork() -> None:

@@ -140,7 +140,14 @@ def test_ripple_is_searched_at_the_orders_of_the_motor(ur5: pid.Robot) -> None:
     cls = pid.CATALOGUE["torque_ripple"]
     (shape,) = cls.shape_parameters
     ratio = ur5.drives[1].gear_ratio
-    assert set(cls.search_grid(ur5, (2,), shape)) == {*shape.grid, ratio, 2 * ratio}
+    grid = cls.search_grid(ur5, (2,), shape)
+    # a strain-wave gear makes two periods a turn of the motor, an offset of a current sensor one for each of its two to six pairs of poles,
+    # unequal gains of the sensors twice as many
+    assert {*shape.grid, *(periods * ratio for periods in (1, 2, 3, 4, 5, 6, 8, 10, 12))} <= set(grid)
+    assert len(grid) == len(set(grid))
+    assert max(grid) == 12 * ratio
+    direct = replace(ur5, drives=tuple(replace(drive, gear_ratio=1.0) for drive in ur5.drives))
+    assert cls.search_grid(direct, (2,), shape) == shape.grid
     assert cls.search_grid(replace(ur5, drives=None), (2,), shape) == shape.grid
 
 

@@ -13,7 +13,7 @@ from physident.diagnosis.asked import Asked
 from physident.diagnosis.graded import Graded, graded_beside_what_stays
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import sizes_of_changes
-from physident.diagnosis.grading.grades import is_patchwork, single_cause
+from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen
 from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
@@ -31,9 +31,12 @@ from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.rivals import check_every_rival
 from physident.diagnosis.rivals.same_torque import whole_friction
+from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.search.forward_search import without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.searched import Searched
 from physident.diagnosis.stability.doubts import trust_in
+from physident.diagnosis.stability.trust import with_doubt
 from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
 from physident.diagnosis.statistics.stored_products import Key
 from physident.estimation.estimate import Estimate
@@ -71,27 +74,30 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         graded_beside_what_stays,
         hypothesis,
         checks,
-        trust,
-        sizes,
-        asked.estimate,
+        sizes=sizes,
+        estimate=asked.estimate,
         controlled=bool(asked.control),
         wander=wander,
         from_currents=any(recording.effort_kind == "current" for recording in asked.recordings),
     )
-    found = grade()
+    found = grade(trust)
     findings, old = _told(asked, hypothesis, found, alike)
     refitted = _refitted(asked, found.hypothesis, found.uncertainty)
     held = held_to_unseen(found.hypothesis, findings, asked.holdout, asked.drive_gains, asked.control_signals, refitted)
     if any(one is not other for one, other in zip(held, findings, strict=True)):  # unseen recordings refute some
-        found, refitted = grade(hints=[one for one in (*held, *old) if one.grade == "hint"]), None
+        found, refitted = grade(trust, hints=[one for one in (*held, *old) if one.grade == "hint"]), None
         findings, old = _told(asked, hypothesis, found, alike)
-    hypothesis, unexplained, uncertainty = found.hypothesis, found.unexplained, found.uncertainty
     patchwork = is_patchwork(searched.found.overfull, bool(asked.control), problem.all_compared, findings)
     ordinary = {one.candidate.name for one in problem.missing_default_effects}
     findings = single_cause(findings, ordinary) if patchwork else findings
     unseen_too = bool(asked.holdout) or leaves_out_recordings(problem.fold, problem.regressor.recording)
     # of a model that was fitted to them, they fit what was recorded; a description lacks most of an arm
     patches = patchwork and problem.question == "missing" and not unseen_too
+    if patches and (lost := _lost_alone(found.hypothesis, findings, searched.last)):
+        found = grade({**trust, **{key: with_doubt(trust.get(key), BESIDE_OTHERS) for key in lost}})
+        findings, old = _told(asked, hypothesis, found, alike)
+        findings = single_cause(findings, ordinary)
+    hypothesis, unexplained, uncertainty = found.hypothesis, found.unexplained, found.uncertainty
     unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patches and f.grade != "cause")]
     sure, errors = without(hypothesis, unsure), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
@@ -112,6 +118,13 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         unexplained=unexplained,
         noise_floor=found.noise_floor,
     )
+
+
+def _lost_alone(hypothesis: Hypothesis, findings: Sequence[Finding], last: CandidateScores) -> list[Key]:
+    """The effects of the causes that no longer meet every condition without what is not carried: their joints were found beside it."""
+    causes = without(hypothesis, [finding for finding in findings if finding.grade != "cause"])
+    kept = without_redundant(causes.problem, causes.accepted, last)
+    return [one.candidate.key for one in causes.accepted if kept and not any(one is other for other in kept)]
 
 
 def _told(

@@ -22,6 +22,9 @@ PITCHES = (
     *(0.4, 0.32, 0.25, 0.2, 0.16, 0.15, 0.125, 0.12, 0.1, 0.09, 0.08, 0.075, 0.064, 0.06, 0.05, 0.048, 0.04, 0.036),
     *(0.032, 0.03, 0.025, 0.024, 0.02, 0.016, 0.015, 0.012, 0.01, 0.008, 0.006, 0.005, 0.004, 0.003, 0.0025, 0.002),
 )
+# Periods of a ripple for each turn of a motor: the wave generator of a strain-wave gear makes two, an offset of a current sensor as many as
+# there are pairs of poles, unequal gains twice as many; robot motors have few pairs. Cogging of more is too fast for any filter.
+PERIODS = range(1, 13)
 REPEATS = 2  # periods of a ripple that the recordings must show: less is a bend, which springs and cables have too
 
 
@@ -151,9 +154,10 @@ def _summed(signals: Signals, j: int, k: int) -> Signals:
 class TorqueRipple(Effect):
     """tau_j = A_j sin(k q_j) + B_j cos(k q_j), k the ``order`` in periods for each turn of the joint; A, B in N m.
 
-    Causes are the cogging of the motor, and the teeth and the wave generator of the gear. The joint's side has whole
-    orders (1 to 40); a motor turns G times as fast, the wave generator of a harmonic drive has two periods a turn: orders
-    G and 2 G. A slide has k / 2 pi periods a metre, k in rad/m; pitches that are made are looked for. At velocity v the ripple is at k v / 2 pi Hz, which the filter must let pass. A diagnosis looks for orders of which
+    Causes are the motor - cogging, current sensors with an offset or unequal gains - and the teeth and the wave generator of the
+    gear. The joint's side has whole orders (1 to 40). A motor turns G times as fast; where the robot states the gear ratio G, the orders
+    G, 2 G ... 12 G are searched, too. A slide has k / 2 pi periods a metre, k in rad/m; common pitches are searched. At velocity
+    v the ripple is at k v / 2 pi Hz, and the filter passes it only at low speed, near reversals. A diagnosis searches orders of which
     the recordings show two periods: what does not repeat may be any function of the position.
     """
 
@@ -170,13 +174,13 @@ class TorqueRipple(Effect):
 
     @classmethod
     def search_grid(cls, robot: Robot, joints: tuple[int, ...], shape: ShapeParameter) -> tuple[float, ...]:
-        """The grid, with the orders of the motor and of the wave generator where the robot states its gear ratio; pitches of a slide."""
+        """The grid, with the orders of the motor where the robot states its gear ratio; pitches of a slide."""
         if robot.joints[joints[0] - 1].kind == "prismatic":
             return tuple(2 * np.pi / pitch for pitch in PITCHES)
         if robot.drives is None:
             return shape.grid
         ratio = robot.drives[joints[0] - 1].gear_ratio
-        return (*shape.grid, *(order for order in (ratio, 2 * ratio) if order not in shape.grid))
+        return tuple(dict.fromkeys((*shape.grid, *(periods * ratio for periods in PERIODS))))
 
     @classmethod
     def search_options(cls, robot: Robot, joints: tuple[int, ...], signals: Sequence[Signals]) -> Sequence[Self]:
@@ -192,6 +196,16 @@ class TorqueRipple(Effect):
             for j in self.active(robot)
             for kind in ("sin", "cos")
         )
+
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        sentences, sizes = [], np.hypot(*theta.reshape(-1, 2).T)
+        for j, order, size in zip(self.active(robot), self.shape_values(robot, "order"), sizes, strict=True):
+            periods = 0.0 if robot.drives is None else order / robot.drives[j].gear_ratio
+            if periods >= 1 and periods.is_integer():
+                often = {1: "once", 2: "twice"}.get(int(periods), f"{periods:.0f} times")
+                unit = robot.joints[j].unit(self.unit)
+                sentences.append(f"Joint {j + 1}: {size:.3g} {unit}, {often} in each turn of its motor.")
+        return " ".join(sentences)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         angle = self.shape_values(robot, "order")[:, None] * signals.q.T[self.active(robot)]

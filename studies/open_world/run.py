@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from studies.open_world.bench import CACHE
 from studies.open_world.judge import Job, judge, line
+from studies.open_world.overview import every_set, overview
 from studies.open_world.summary import summary, table
 from studies.open_world.trial import FROM, Kind
 
@@ -26,6 +27,13 @@ NAMES = {
     "again": "First world, motions repeated",
     "second": "Second world, drawn by other code",
 }
+SHORT_NAMES = {"again": "motions repeated", "first": "first world", "second": "second world"}
+TABLES = """# Open world: all tables
+
+Written by `python -m studies.open_world.run --keep`; [the study](README.md) explains them. First every set that was run, by the
+rules of the day on which it was run; then the sets that the study reports, by everything that was drawn.
+
+"""
 
 
 def main() -> None:
@@ -41,7 +49,11 @@ def main() -> None:
         "--only", nargs="*", default=[], metavar="KIND:NUMBER", help="of these trials, as pair:3, only some"
     )
     parser.add_argument(
-        "--keep", nargs="+", type=int, metavar="SET", help="write results.json and the README's table, and run nothing"
+        "--keep",
+        nargs="+",
+        type=int,
+        metavar="SET",
+        help="write results.json, tables.md and the README's table, and run nothing",
     )
     asked = parser.parse_args()
     rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
@@ -71,7 +83,7 @@ def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
 
 
 def _kept(groups: list[int]) -> None:
-    """Write results.json and the README's table from all of some sets that were run of each world; a world of which there are no rows
+    """Write results.json, tables.md and the README's table from all of some sets that were run of each world; a world of which there are no rows
     keeps its results."""
     from studies.kept import keep
 
@@ -86,7 +98,11 @@ def _kept(groups: list[int]) -> None:
             alone[world] = {**alone.get(world, {}), **{group: summary(some)["figures"] for group, some in rows.items()}}
         if world in worlds:
             texts.append(f"{name}, set {', '.join(sets[world])}\n\n{table(worlds[world])}")
-    keep(Path(__file__).parent, {"worlds": worlds, "sets": sets, "figures_of_each_set": alone}, "\n\n".join(texts))
+    tables = "\n\n".join(f"```\n{text}\n```" for text in (every_set(alone, NAMES), *texts))
+    (Path(__file__).parent / "tables.md").write_text(TABLES + tables + "\n", encoding="utf-8")
+    headings = {world: f"{name} ({', '.join(sets[world])})" for world, name in SHORT_NAMES.items() if world in sets}
+    results = {"worlds": worlds, "sets": sets, "figures_of_each_set": alone}
+    keep(Path(__file__).parent, results, overview(worlds, headings))
 
 
 def _read(path: Path) -> list[dict[str, Any]]:

@@ -28,6 +28,7 @@ UNNOTICED = "it is small beside what the model errs by anyway"
 BEYOND = "its best shape lies beyond what is physical: another law may fit better"
 HOLDS_ZERO = "each of its values may be zero"
 ONE_OF_MANY = "it is one of more than a handful"
+BESIDE_OTHERS = "left-out rows need it only beside effects that the extended model does not carry"
 HOLDS_OLD = "each of its values may be the model's own"
 
 

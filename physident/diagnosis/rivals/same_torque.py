@@ -48,7 +48,8 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         *problem.model.effects,
         *(o.effect for c in problem.candidates for o in c.options if o.effect is not None),
     ]
-    regressor = build_regressor(problem.model.robot, effects, [signals], problem.filter, model=hypothesis.model)
+    # by the model without what was found: a scale of a joint's torque would else hold the finding itself, beside what the model takes up
+    regressor = build_regressor(problem.model.robot, effects, [signals], problem.filter, model=problem.model)
     every = _stacked(regressor, hypothesis.fit.sigma)
     outside = _outside(every, problem)
     every = outside(every)

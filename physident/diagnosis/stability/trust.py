@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -11,3 +11,9 @@ class Trust:
 
     stability: float | None = None
     doubts: tuple[str, ...] = ()
+
+
+def with_doubt(trust: Trust | None, doubt: str) -> Trust:
+    """The trust in an effect with one more doubt."""
+    known = trust or Trust()
+    return replace(known, doubts=(*known.doubts, doubt))

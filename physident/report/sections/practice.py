@@ -52,7 +52,7 @@ EFFECTS = {
     "torque_delay": "The torque reading of this joint lags its motion: look for a filter in its current sensor or an old value that is sent again; if"
     " friction alone lags, it is presliding.",
     "time_delay": "Torque and position are not recorded at the same time: correct the clock of the recording before anything else.",
-    "torque_ripple": "Torque waves with the angle, as a gear's teeth or a motor's poles make it: if it is new, look for a damaged tooth.",
+    "torque_ripple": "Torque waves with the angle, as a gear's teeth, a motor's poles or an offset of its current sensor make it: if it is new, look for a damaged tooth.",
     "joint_spring": "Something pulls the joint back: check cables, hoses and balancing springs.",
     "joint_elasticity": "The joint twists under load: move more gently or damp the vibration; if it is new, check bolts and gear.",
     "payload": "The arm carries a load that the model does not have: weigh the tool, and enter its mass and centre of mass in the controller.",

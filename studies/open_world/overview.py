@@ -1,0 +1,66 @@
+"""What a reader asks first: each world's main figures beside what was asked for, and every set that was run by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Figures = Mapping[str, Mapping[str, Any]]
+ASKED = {
+    "first": ("right cause first (middle and strong)", ">= 95"),
+    "others": ("  a false cause beside it or instead", "<= 10"),
+    "value": ("  value within 15 %, where named", ">= 80"),
+    "interval": ("  truth in the 95 % interval, where one value decides", "95"),
+    "twin_false": ("untouched arms accused of a false cause", "<= 2"),
+    "both": ("pairs: both named", ">= 80"),
+    "third": ("pairs: a false third", ""),
+    "outside_wrong": ("outside the catalogue: a wrong name", "<= 15"),
+    "outside_joint": ("  a right joint in whatever is reported", ">= 85"),
+}
+BY = {"first": ("question", "tier"), "twin_false": ("question",)}
+SHORT = {
+    "first": "first",
+    "others": "false beside",
+    "twin_false": "twin accused",
+    "both": "both of a pair",
+    "outside_wrong": "outside misnamed",
+}
+
+
+def overview(worlds: Mapping[str, Mapping[str, Any]], names: Mapping[str, str]) -> str:
+    """The main figures of some worlds [%] with their 95 % intervals, some of them by what was drawn."""
+    chosen = [world for world in names if world in worlds]
+    lines = [f"{'[%], 95 % interval, trials':<54}{'asked':<8}" + "".join(f"{names[w]:<24}" for w in chosen)]
+    for key, (label, asked) in ASKED.items():
+        lines.append(_line(label, asked, [worlds[w]["figures"].get(key) for w in chosen]))
+        for stratum in BY.get(key, ()):
+            values = {value: None for w in chosen for value in worlds[w]["strata"][stratum]}
+            for value in values:
+                cells = [worlds[w]["strata"][stratum].get(value, {}).get(key) for w in chosen]
+                if any(cell and cell["n"] for cell in cells):
+                    lines.append(_line(f"    {value}", "", cells))
+    return "\n".join(lines)
+
+
+def every_set(figures: Mapping[str, Mapping[str, Figures]], names: Mapping[str, str]) -> str:
+    """The main figures of each set as hits of trials, by the rules of the day on which it was run."""
+    lines = [f"{'set':<8}" + "".join(f"{head:>18}" for head in SHORT.values())]
+    for world in names:
+        lines.append(names[world])
+        for group, own in sorted(figures.get(world, {}).items(), key=lambda item: int(item[0])):
+            lines.append(f"  {group:<6}" + "".join(f"{_hits(own[key]):>18}" for key in SHORT))
+    return "\n".join(lines)
+
+
+def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None]) -> str:
+    return (f"{label:<54}{asked:<8}" + "".join(f"{_cell(cell):<24}" for cell in cells)).rstrip()
+
+
+def _cell(value: Mapping[str, Any] | None) -> str:
+    if not value or not value["n"]:
+        return "-"
+    return f"{value['percent']:.0f} [{value['low']:.0f}, {value['high']:.0f}] of {value['n']}"
+
+
+def _hits(value: Mapping[str, Any]) -> str:
+    return f"{round(value['percent'] * value['n'] / 100)} of {value['n']}" if value["n"] else "-"
