@@ -30,7 +30,8 @@ SHORT = {
 def overview(worlds: Mapping[str, Mapping[str, Any]], names: Mapping[str, str]) -> str:
     """The main figures of some worlds [%] with their 95 % intervals, some of them by what was drawn."""
     chosen = [world for world in names if world in worlds]
-    lines = [f"{'[%], 95 % interval, trials':<54}{'asked':<8}" + "".join(f"{names[w]:<24}" for w in chosen)]
+    heads = "".join(f"{names[w]:<28}" for w in chosen).rstrip()
+    lines = [f"{'[%], 95 % interval, trials':<54}{'asked':<8}{heads}"]
     for key, (label, asked) in ASKED.items():
         lines.append(_line(label, asked, [worlds[w]["figures"].get(key) for w in chosen]))
         for stratum in BY.get(key, ()):
@@ -47,13 +48,14 @@ def every_set(figures: Mapping[str, Mapping[str, Figures]], names: Mapping[str, 
     lines = [f"{'set':<8}" + "".join(f"{head:>18}" for head in SHORT.values())]
     for world in names:
         lines.append(names[world])
-        for group, own in sorted(figures.get(world, {}).items(), key=lambda item: int(item[0])):
-            lines.append(f"  {group:<6}" + "".join(f"{_hits(own[key]):>18}" for key in SHORT))
+        sets = sorted(figures.get(world, {}).items(), key=lambda item: int(item[0]))
+        lines += [f"  {group:<6}" + "".join(f"{_hits(own[key]):>18}" for key in SHORT) for group, own in sets]
+        lines.append("  all   " + "".join(f"{_hits(*(own[key] for _, own in sets)):>18}" for key in SHORT))
     return "\n".join(lines)
 
 
 def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None]) -> str:
-    return (f"{label:<54}{asked:<8}" + "".join(f"{_cell(cell):<24}" for cell in cells)).rstrip()
+    return (f"{label:<54}{asked:<8}" + "".join(f"{_cell(cell):<28}" for cell in cells)).rstrip()
 
 
 def _cell(value: Mapping[str, Any] | None) -> str:
@@ -62,5 +64,6 @@ def _cell(value: Mapping[str, Any] | None) -> str:
     return f"{value['percent']:.0f} [{value['low']:.0f}, {value['high']:.0f}] of {value['n']}"
 
 
-def _hits(value: Mapping[str, Any]) -> str:
-    return f"{round(value['percent'] * value['n'] / 100)} of {value['n']}" if value["n"] else "-"
+def _hits(*values: Mapping[str, Any]) -> str:
+    hits, n = sum(round(v["percent"] * v["n"] / 100) for v in values), sum(v["n"] for v in values)
+    return f"{hits} of {n}" if n else "-"

@@ -152,10 +152,9 @@ def table(one: dict[str, Any]) -> str:
     if one["failed"]["percent"]:
         lines.append(f"{'failed with another error':<62}{_cell(one['failed'])}")
     lines += [f"  {count} x {reason}" for reason, count in one["reasons"].items()]
-    lines += [
-        f"{label:<62}{_cell(one['figures'][key]) if one['figures'][key]['n'] else 'not counted'}"
-        for key, (label, _, _) in FIGURES.items()
-    ]
+    for key, (label, _, _) in FIGURES.items():
+        value = one["figures"].get(key)  # older results lack what was counted later
+        lines.append(f"{label:<62}{_cell(value) if value and value['n'] else 'not counted'}")
     lines += ["", f"{'by what was drawn':<24}" + "".join(f"{head:>21}" for head in HEADS)]
     for name in STRATA:
         lines.append(name)
