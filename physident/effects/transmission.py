@@ -23,7 +23,7 @@ PITCHES = (
     *(0.032, 0.03, 0.025, 0.024, 0.02, 0.016, 0.015, 0.012, 0.01, 0.008, 0.006, 0.005, 0.004, 0.003, 0.0025, 0.002),
 )
 # Periods of a ripple for each turn of a motor: the wave generator of a strain-wave gear makes two, an offset of a current sensor as many as
-# there are pairs of poles, unequal gains twice as many; robot motors have few pairs. Cogging of more is too fast for any filter.
+# there are pairs of poles, unequal gains twice as many; robot motors have few pairs. More periods pass a cutoff at a creep only.
 PERIODS = range(1, 13)
 REPEATS = 2  # periods of a ripple that the recordings must show: less is a bend, which springs and cables have too
 

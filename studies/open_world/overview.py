@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from studies.open_world.summary import FIGURES
+
 Figures = Mapping[str, Mapping[str, Any]]
 ASKED = {
-    "first": ("right cause first (middle and strong)", ">= 95"),
-    "others": ("  a false cause beside it or instead", "<= 10"),
-    "value": ("  value within 15 %, where named", ">= 80"),
-    "interval": ("  truth in the 95 % interval, where one value decides", "95"),
-    "twin_false": ("untouched arms accused of a false cause", "<= 2"),
-    "both": ("pairs: both named", ">= 80"),
-    "third": ("pairs: a false third", ""),
-    "outside_wrong": ("outside the catalogue: a wrong name", "<= 15"),
-    "outside_joint": ("  a right joint in whatever is reported", ">= 85"),
+    "first": ">= 95",
+    "others": "<= 10",
+    "value": ">= 80",
+    "interval": "95",
+    "twin_false": "<= 2",
+    "both": ">= 80",
+    "third": "",
+    "outside_wrong": "<= 15",
+    "outside_joint": ">= 85",
 }
 BY = {"first": ("question", "tier"), "twin_false": ("question",)}
 SHORT = {
@@ -31,12 +33,11 @@ def overview(worlds: Mapping[str, Mapping[str, Any]], names: Mapping[str, str]) 
     """The main figures of some worlds [%] with their 95 % intervals, some of them by what was drawn."""
     chosen = [world for world in names if world in worlds]
     heads = "".join(f"{names[w]:<28}" for w in chosen).rstrip()
-    lines = [f"{'[%], 95 % interval, trials':<54}{'asked':<8}{heads}"]
-    for key, (label, asked) in ASKED.items():
-        lines.append(_line(label, asked, [worlds[w]["figures"].get(key) for w in chosen]))
+    lines = [f"{'[%], 95 % interval, trials':<62}{'asked':<8}{heads}"]
+    for key, asked in ASKED.items():
+        lines.append(_line(FIGURES[key][0], asked, [worlds[w]["figures"].get(key) for w in chosen]))
         for stratum in BY.get(key, ()):
-            values = {value: None for w in chosen for value in worlds[w]["strata"][stratum]}
-            for value in values:
+            for value in dict.fromkeys(value for w in chosen for value in worlds[w]["strata"][stratum]):
                 cells = [worlds[w]["strata"][stratum].get(value, {}).get(key) for w in chosen]
                 if any(cell and cell["n"] for cell in cells):
                     lines.append(_line(f"    {value}", "", cells))
@@ -55,7 +56,7 @@ def every_set(figures: Mapping[str, Mapping[str, Figures]], names: Mapping[str, 
 
 
 def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None]) -> str:
-    return (f"{label:<54}{asked:<8}" + "".join(f"{_cell(cell):<28}" for cell in cells)).rstrip()
+    return (f"{label:<62}{asked:<8}" + "".join(f"{_cell(cell):<28}" for cell in cells)).rstrip()
 
 
 def _cell(value: Mapping[str, Any] | None) -> str:

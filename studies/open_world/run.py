@@ -30,7 +30,7 @@ NAMES = {
 SHORT_NAMES = {"again": "motions repeated", "first": "first world", "second": "second world"}
 TABLES = """# Open world: all tables
 
-Written by `python -m studies.open_world.run --keep`; [the study](README.md) explains them. First every set that was run, by the
+Written by `python -m studies.open_world.run --keep`; [the study](README.md) explains them. First every set that was kept, by the
 rules of the day on which it was run; then the sets that the study reports, by everything that was drawn.
 
 """
