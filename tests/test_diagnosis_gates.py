@@ -18,7 +18,7 @@ from physident.diagnosis.search.candidate_scores import (
     score_candidates,
     surrogate_responses,
 )
-from physident.diagnosis.search.contact_scan import scan_contacts
+from physident.diagnosis.search.contact_scan import most_without_the_strongest, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
@@ -134,6 +134,16 @@ def test_a_contact_must_beat_its_own_surrogates_and_every_other_candidate(seen: 
 def test_what_one_joint_alone_says_is_no_contact(seen: CandidateScores) -> None:
     for least, expected in ((1.1, True), (0.9, False)):
         assert contact_accepted(pressed(seen, 1e3, least * seen.contact_threshold_without_best_joint), None) is expected
+
+
+def test_a_contact_ends_before_what_one_joint_alone_makes_much_of() -> None:
+    """Else the run of the largest sum is refused for one joint's sake, and the push within it with it."""
+    gain = np.full((12, 3, 1), -1.0)
+    gain[4:6, :, 0] = 2.0
+    gain[6, 0, 0] = 50.0
+    first, last, found = most_without_the_strongest(gain)
+    assert (first[0], last[0]) == (4, 6)
+    np.testing.assert_allclose(found[:, 0], 4.0)
 
 
 def pressed(seen: CandidateScores, evidence: float, least: float) -> CandidateScores:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import physident as pid
+from physident.cli import run
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.rivals.same_torque import same_torque
 from physident.diagnosis.search.forward_search import search_effects
@@ -54,3 +57,46 @@ def test_a_scale_of_all_torque_of_its_joint_is_no_other_name_for_it(
     found = search_effects(problem).last.hypothesis
     alike = same_torque(replace(found, problem=replace(problem, barred=frozenset())))
     assert alike["torque_ripple", (JOINT,)] == []
+
+
+@pytest.fixture(scope="module")
+def urdf(ur5: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("urdf") / "arm.urdf"
+    path.write_text(ur5.urdf, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_urdf_has_no_gear_ratios_until_they_are_stated(
+    ur5: pid.Robot, urdf: Path, slow: pid.Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: bool
+) -> None:
+    assert ur5.drives is not None
+    ratios = " ".join(str(drive.gear_ratio) for drive in ur5.drives)
+    model, found = tmp_path / "model.json", tmp_path / "found.json"
+    options = ["--gear-ratios", ratios] if stated else []
+    assert run(["identify", slow.source, "--robot", str(urdf), "--cutoff", "8", *options, "--out", str(model)]) == 0
+    capsys.readouterr()
+    assert run(["diagnose", "--model", str(model), slow.source, "--json", str(found)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    orders = [
+        value["value"]
+        for one in json.loads(found.read_text(encoding="utf-8"))["findings"]
+        for value in one["parameters"]
+        if (one["effect"], value["name"]) == ("torque_ripple", "order")
+    ]
+    assert (orders == [PAIRS * ur5.drives[JOINT - 1].gear_ratio]) is stated
+    assert (f"{PAIRS} times in each turn of its motor" in told) is stated
+    assert ("ripple of the motors behind their gears was not searched" in told) is not stated
+
+
+@pytest.mark.parametrize(
+    "ratios", [(101.0,) * 5, (101.0,) * 5 + (0.0,), (101.0,) * 5 + (-50.0,), (101.0,) * 5 + (np.nan,)]
+)
+def test_gear_ratios_are_positive_and_one_a_joint(urdf: Path, ratios: tuple[float, ...]) -> None:
+    with pytest.raises(pid.InputError, match=r"arm\.urdf: gear_ratios"):
+        pid.load_robot(urdf, gear_ratios=ratios)
+
+
+def test_a_description_that_states_its_drives_is_not_contradicted() -> None:
+    with pytest.raises(pid.InputError, match=r"ur5\.toml states them already \(101 101 101 101 101 101\)"):
+        pid.load_robot("ur5", gear_ratios=(50.0,) * 6)

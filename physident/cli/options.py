@@ -51,6 +51,14 @@ LockOption = Annotated[
 ToolOption = Annotated[
     str | None, typer.Option("--tool", metavar="LINK", help="With --robot: the link that is the tool frame.")
 ]
+GearRatiosOption = Annotated[
+    str | None,
+    typer.Option(
+        "--gear-ratios",
+        metavar="RATIOS",
+        help='With --robot: turns of each motor for one turn of its joint, "101 101 ...": ripple of the motors is then found too.',
+    ),
+]
 ColumnsOption = Annotated[
     str | None,
     typer.Option(
@@ -125,13 +133,17 @@ IncludeFittedOption = Annotated[
 
 
 def robot_of(
-    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+    option: str | None,
+    joints: str | None = None,
+    lock: Sequence[str] | None = None,
+    tool: str | None = None,
+    gear_ratios: str | None = None,
 ) -> Robot:
-    """The robot of --robot, with --joints, --lock and --tool; raises InputError without --robot.
+    """The robot of --robot, with --joints, --lock, --tool and --gear-ratios; raises InputError without --robot.
 
     Warns of the joints that were locked.
     """
-    robot = optional_robot(option, joints, lock, tool)
+    robot = optional_robot(option, joints, lock, tool, gear_ratios)
     if robot is None:
         raise InputError(
             "no robot given, expected --robot with a built-in name (ur5, ur10e), a .urdf, a MuJoCo .xml or a .toml"
@@ -140,17 +152,27 @@ def robot_of(
 
 
 def optional_robot(
-    option: str | None, joints: str | None = None, lock: Sequence[str] | None = None, tool: str | None = None
+    option: str | None,
+    joints: str | None = None,
+    lock: Sequence[str] | None = None,
+    tool: str | None = None,
+    gear_ratios: str | None = None,
 ) -> Robot | None:
-    """The robot of --robot, None without it; raises InputError for --joints, --lock or --tool without --robot."""
+    """The robot of --robot, None without it; raises InputError for an option of it without --robot."""
     from physident.robots.load import load_robot, parse_locks
 
-    given = {"--joints": joints, "--lock": lock, "--tool": tool}
+    given = {"--joints": joints, "--lock": lock, "--tool": tool, "--gear-ratios": gear_ratios}
     if option is None:
         if lonely := [name for name, value in given.items() if value]:
             raise InputError(f"{lonely[0]} was given without --robot, expected both: a model has its joints")
         return None
-    robot = load_robot(option, joints=joints, lock=parse_locks(lock) if lock else None, tool=tool)
+    robot = load_robot(
+        option,
+        joints=joints,
+        lock=parse_locks(lock) if lock else None,
+        tool=tool,
+        gear_ratios=None if gear_ratios is None else parse_numbers(gear_ratios, "--gear-ratios"),
+    )
     if robot.locked and (joints is not None or lock):
         warn(f"{robot.source}: locked: {robot.locked_text()}")
     return robot

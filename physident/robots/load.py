@@ -28,16 +28,19 @@ def load_robot(
     joints: str | Sequence[str] | Set[str] | None = None,
     lock: Mapping[str, float] | None = None,
     tool: str | None = None,
+    gear_ratios: Sequence[float] | None = None,
 ) -> Robot:
     """A robot from a built-in name ("ur5", "ur10e"), a URDF or xacro file, a MuJoCo model, or a DH table (.toml).
 
     ``gravity`` (3,) [m/s^2] in the base frame replaces the description's, for an arm that is not mounted upright. ``joints``
     picks the joints that move, by name or pattern such as "panda_joint*" and in this order (a set has the description's); the others are fixed where
     ``lock`` puts them ([rad|m] by joint name), or else at zero. Without ``joints``, grippers whose fingers mimic each other
-    and floating bases are fixed. ``tool`` names the link that is the tool frame. Meshes are not needed for a URDF.
+    and floating bases are fixed. ``tool`` names the link that is the tool frame. ``gear_ratios`` (n,) are the turns of each motor for one of
+    its joint, for a description that states no drives. Meshes are not needed for a URDF.
 
     Warns about links that are not rigid bodies or have no mass. Raises InputError for a file that is missing or malformed,
-    joints that are unknown or not from base to tip, too many joints, and a mass that is negative or not finite.
+    joints that are unknown or not from base to tip, too many joints, a mass that is negative or not finite, and gear ratios that are not
+    positive, not one a joint, or stated by the description already.
     """
     found = find_description(source)
     chosen = [name.strip() for name in joints.split(",") if name.strip()] if isinstance(joints, str) else joints
@@ -45,11 +48,20 @@ def load_robot(
     options: dict[str, Any] = {"joints": chosen, "lock": lock}
     make = {"urdf": _from_urdf, "dh": _from_table, "mjcf": _from_mjcf}[found.format]
     robot = make(found, gravity, tool, options)
+    if gear_ratios is not None:
+        robot = _geared(robot, gear_ratios)
     if robot.locked and joints is None and lock is None:
         warn(f"{found.label}: locked: {robot.locked_text()}")
     for message in unphysical_links(robot):
         warn(f"{found.label}: {message}")
     return robot
+
+
+def _geared(robot: Robot, gear_ratios: Sequence[float]) -> Robot:
+    if robot.drives is not None:
+        stated = " ".join(f"{drive.gear_ratio:g}" for drive in robot.drives)
+        raise InputError(f"gear ratios were given, but {robot.source} states them already ({stated}): leave them out")
+    return replace(robot, gear_ratios=tuple(map(float, gear_ratios)))
 
 
 def as_robot(given: Robot | str | Path) -> Robot:

@@ -46,7 +46,8 @@ class Robot:
     [rad/s^2|m/s^2], ``torque_limit`` [N m|N] are (n,), infinite for a joint without a limit. ``joint_order`` names the
     joints in another order than the description's. ``tool`` (3,) [m] is the origin of the link ``tool_frame``, or of the
     last link fixed to joint n, in the frame of joint n. ``locked`` are joints that the file lets move and ``urdf`` fixes;
-    ``joint_dynamics`` (n,) is what a simulator adds at each joint, for a description that is a simulation.
+    ``joint_dynamics`` (n,) is what a simulator adds at each joint, for a description that is a simulation. ``gear_ratios`` (n,) are the turns
+    of each motor for one of its joint, those of the ``drives`` where these are known.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Robot:
     tool_frame: str | None = None
     locked: tuple[LockedJoint, ...] = ()
     joint_dynamics: tuple[JointDynamics, ...] | None = None
+    gear_ratios: tuple[float, ...] | None = None
     origin: Origin | None = None
     joints: tuple[Joint, ...] = field(init=False)
     nominal: Array = field(init=False)
@@ -89,10 +91,16 @@ class Robot:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
             object.__setattr__(self, key, value)
-        for name in ("drives", "acceleration_limit", "joint_dynamics"):
+        if self.drives is not None:
+            object.__setattr__(self, "gear_ratios", tuple(abs(drive.gear_ratio) for drive in self.drives))
+        for name in ("drives", "acceleration_limit", "joint_dynamics", "gear_ratios"):
             entries = getattr(self, name)
             if entries is not None and len(entries) != self.n:
                 raise InputError(f"{self.source}: {name} has {len(entries)} entries, expected {self.n}, one a joint")
+        if self.gear_ratios is not None and not all(0 < ratio < math.inf for ratio in self.gear_ratios):
+            raise InputError(
+                f"{self.source}: gear_ratios are {list(self.gear_ratios)}, expected positive numbers: turns of the motor for one of the joint"
+            )
 
     @property
     def n(self) -> int:
@@ -200,6 +208,7 @@ class Robot:
             "joint_order": self.joint_order and list(self.joint_order),
             "tool_frame": self.tool_frame,
             "locked": [vars(joint) for joint in self.locked],
+            "gear_ratios": self.gear_ratios and list(self.gear_ratios) if self.drives is None else None,
             "joint_dynamics": self.joint_dynamics and [vars(one) for one in self.joint_dynamics],
             "origin": self.origin and vars(self.origin) | {"bodies": list(self.origin.bodies)},
         }
@@ -262,4 +271,5 @@ ENTRIES: dict[str, tuple[Any, Any]] = {
     "locked": (tuple[LockedJoint, ...], []),
     "joint_dynamics": (tuple[JointDynamics, ...] | None, None),
     "origin": (Origin | None, None),
+    "gear_ratios": (tuple[float, ...] | None, None),
 }

@@ -13,6 +13,7 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    GearRatiosOption,
     JointsOption,
     JsonOption,
     LockOption,
@@ -45,6 +46,7 @@ def diagnose(
     joints: JointsOption = None,
     lock: LockOption = None,
     tool: ToolOption = None,
+    gear_ratios: GearRatiosOption = None,
     effects: Annotated[
         str | None,
         typer.Option(
@@ -108,7 +110,7 @@ def diagnose(
     from physident.recordings.signals import Filter
 
     if robot is None:
-        optional_robot(robot, joints, lock, tool)
+        optional_robot(robot, joints, lock, tool, gear_ratios)
     if (model is None) == (robot is None):
         raise InputError("which model? expected either --model (an identified model) or --robot (a description)")
     if effects is not None and robot is None:
@@ -126,7 +128,9 @@ def diagnose(
     holdouts = holdout or []
     check_outputs([*recordings, *holdouts, *(before or []), model, robot], json_out, out, plot=plot)
     start = (
-        _identified(model, cutoff) if model is not None else _described(robot_of(robot, joints, lock, tool), effects)
+        _identified(model, cutoff)
+        if model is not None
+        else _described(robot_of(robot, joints, lock, tool, gear_ratios), effects)
     )
     nominal = model is None
     layout = layout_of(columns, topic, rate, start.layout if isinstance(start, Estimate) else None)

@@ -12,6 +12,7 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    GearRatiosOption,
     JointsOption,
     JsonOption,
     LockOption,
@@ -40,6 +41,7 @@ def fleet(
     joints: JointsOption = None,
     lock: LockOption = None,
     tool: ToolOption = None,
+    gear_ratios: GearRatiosOption = None,
     baseline: Annotated[
         int, typer.Option("--baseline", metavar="N", help="Recordings of an arm that its baseline is identified from.")
     ] = 4,
@@ -63,7 +65,7 @@ def fleet(
     from physident.fleet.work import Reading
 
     check_outputs([*recordings, robot], json_out)
-    arm = robot_of(robot, joints, lock, tool)
+    arm = robot_of(robot, joints, lock, tool, gear_ratios)
     gains = None if drive_gains is None else parse_numbers(drive_gains, "--drive-gains")
     reading = Reading(columns=layout_of(columns, topic, rate), drive_gains=gains, cutoff=cutoff)
     with share_done("measuring") as show:

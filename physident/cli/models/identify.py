@@ -12,6 +12,7 @@ from physident.cli.options import (
     ColumnsOption,
     CutoffOption,
     GainsOption,
+    GearRatiosOption,
     JointsOption,
     LockOption,
     RateOption,
@@ -34,6 +35,7 @@ def identify(
     joints: JointsOption = None,
     lock: LockOption = None,
     tool: ToolOption = None,
+    gear_ratios: GearRatiosOption = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="EFFECTS", help="Effects, separated by commas.")
     ] = None,
@@ -84,7 +86,7 @@ def identify(
 
     estimator = estimator_from_options(method, prior, prior_weight, loss, total_mass)
     check_outputs([*recordings, robot], out, json_out)
-    arm = robot_of(robot, joints, lock, tool)
+    arm = robot_of(robot, joints, lock, tool, gear_ratios)
     layout = layout_of(columns, topic, rate)
     loaded = read_recordings(recordings, layout, drive_gains, joints=arm.joint_names)
     with busy("identifying"):

@@ -104,6 +104,13 @@ class DiagnosisRecord:
         return all(used.repeats is not None for used in self.recordings if used.role == "diagnosed")
 
     @property
+    def motors_unknown(self) -> bool:
+        """Whether what a model lacks may be ripple of motors behind gears that the robot does not state, so that it was not searched."""
+        turns = any(joint.kind != "prismatic" for joint in self.model.robot.joints)
+        unknown = turns and self.model.robot.gear_ratios is None and self.question != "different"
+        return unknown and bool(self.causes or self.structured)
+
+    @property
     def headline(self) -> str:
         """The answer in one sentence, and where it names no cause, which joints err by far more than before."""
         more = grown_sentence(self.grown)

@@ -10,6 +10,7 @@ from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRec
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
+    MOTORS_UNKNOWN,
     curves_in_brief,
     grown_in_words,
     incomplete_words,
@@ -173,12 +174,9 @@ def _told_by(d: DiagnosisRecord, f: Finding) -> list[Finding]:
 
 
 def _balance(f: Finding) -> str:
-    known = f.takes_percent is not None and f.leaves_percent is not None
-    return (
-        ""
-        if not known
-        else f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
-    )
+    if f.takes_percent is None or f.leaves_percent is None:
+        return ""
+    return f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
 
 
 def _levels(d: DiagnosisRecord) -> list[str]:
@@ -289,6 +287,8 @@ def _checks(d: DiagnosisRecord) -> list[str]:
                 cells.setdefault(u.effect, []).extend(u.joints)
         names = "; ".join(_brief(effect, joints) for effect, joints in cells.items())
         rows.append(f"neither confirmed nor ruled out ({reason}): {names}")
+    if d.motors_unknown:
+        rows.append(MOTORS_UNKNOWN)
     if d.unidentified:
         rows.append(
             f"never identified, kept at their nominal values: {', '.join(d.unidentified[:8])}{' ...' if len(d.unidentified) > 8 else ''}"

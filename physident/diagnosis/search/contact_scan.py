@@ -1,7 +1,8 @@
 """Contact: a force on the tool that no other recording predicts, so each joint is tested by the force fitted to the others.
 
 In each window of half a second, the force is fitted to all joints but one and scored on the remaining joint, which feels it
-through its own row of the Jacobian. An interval is the run of windows, at most half a recording, with the largest sum of gains.
+through its own row of the Jacobian. An interval is the run of windows, at most half a recording, with the largest
+sum of gains without its strongest joint.
 """
 
 from __future__ import annotations
@@ -74,12 +75,10 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
             label = np.floor((time - start) / PIECE).astype(int)
             from_first = slice(rows.start + int(np.searchsorted(label, 0)), rows.stop)
             gains_of_windows = _windows(J[from_first] * weights, residual[from_first], label[label >= 0])
-            first, last = _intervals(gains_of_windows.sum(axis=1))
-            every = np.arange(residual.shape[2])
-            sums = np.concatenate([np.zeros((1, *gains_of_windows.shape[1:])), np.cumsum(gains_of_windows, axis=0)])
-            found = sums[last, :, every].T - sums[first, :, every].T
-            better = found.sum(axis=0) > best
-            best, gain = np.where(better, found.sum(axis=0), best), np.where(better, found, gain)
+            first, last, found = most_without_the_strongest(gains_of_windows)
+            value = found.sum(axis=0) - found.max(axis=0)
+            better = value > best
+            best, gain = np.where(better, value, best), np.where(better, found, gain)
             if better[0]:
                 ends = (float(start + first[0] * PIECE), float(start + last[0] * PIECE))
                 effect, windows = (
@@ -148,6 +147,21 @@ def _windows(J: Array, residual: Array, label: NDArray[np.intp]) -> Array:
         force = np.linalg.solve(others, b.sum(axis=1, keepdims=True) - b)
         gain[some] = np.sum(force * (2 * b - A @ force), axis=2)
     return gain
+
+
+def most_without_the_strongest(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """First and last + 1 window (S,) of the run that explains most without its strongest joint, and its gains (n, S).
+
+    ``gain`` (W, n, S). The run of the largest sum over all joints may end with what one joint alone makes much of, and would
+    then be refused. Asked are the runs of the largest sum over all joints but one.
+    """
+    (n, S), every = gain.shape[1:], np.arange(gain.shape[2])
+    sums = np.concatenate([np.zeros((1, n, S)), np.cumsum(gain, axis=0)])
+    others = gain.sum(axis=1, keepdims=True) - gain
+    first, last = (each.reshape(n, S) for each in _intervals(others.reshape(len(gain), n * S)))
+    found = (sums[last, :, every] - sums[first, :, every]).transpose(2, 0, 1)  # (n, runs, S)
+    best = (found.sum(axis=0) - found.max(axis=0)).argmax(axis=0)
+    return first[best, every], last[best, every], found[:, best, every]
 
 
 def _intervals(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

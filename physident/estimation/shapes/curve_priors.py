@@ -51,6 +51,19 @@ def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) ->
     return replace(regressor, prior=(memory * sigma**2)[joints] / sizes**2)
 
 
+def with_first_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> Regressor:
+    """The regressor as ``with_prior``, where a curve that has no amplitude yet may be as large as the torque of its joint: without any
+    prior it would grow against gravity and the offset, beyond all measure where no row counts."""
+    size = np.sqrt((regressor.torque**2).mean(axis=0))
+    held = [
+        replace(one, amplitude=tuple(float(size[j]) for j in one.active(robot)))
+        if isinstance(one, LearnedCurve) and one.amplitude is None
+        else one
+        for one in effects
+    ]
+    return with_prior(robot, held, regressor)
+
+
 def with_amplitudes(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> tuple[Effect, ...]:
     """The effects with the amplitude of each curve that has none, joint by joint, by left-out blocks."""
     curves = {i: one for i, one in enumerate(effects) if isinstance(one, LearnedCurve) and one.amplitude is None}

@@ -14,6 +14,7 @@ from physident.effects.classification import ShapeParameter
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.transition_width import with_transitions
 from physident.estimation.quick_fit import REFRESHES, SETTLED, quick_fit
+from physident.estimation.shapes.curve_priors import with_first_prior
 from physident.identifiability.projection import Baseline
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
@@ -74,6 +75,7 @@ def settled_regressor(
     dependent = [effect for effect in effects if effect.needs_model]
     effect_of_column = [effect for effect in effects for _ in effect.columns(robot)]
     places = np.array([i for i, effect in enumerate(effect_of_column) if effect.needs_model], dtype=np.intp)
+    regressor = with_first_prior(robot, effects, regressor)
     for _ in range(REFRESHES):
         after = quick_fit(robot, effects, regressor)
         change = regressor.predict(after) - regressor.predict(theta)
@@ -184,7 +186,9 @@ def _start(robot: Robot, effects: tuple[Effect, ...], signals: Sequence[Signals]
     plain = tuple(effect for effect in effects if not effect.needs_model)
     if not plain:
         return Model.nominal(robot, effects).theta
-    fitted = iter(quick_fit(robot, plain, build_regressor(robot, plain, signals, filter)))
+    fitted = iter(
+        quick_fit(robot, plain, with_first_prior(robot, plain, build_regressor(robot, plain, signals, filter)))
+    )
     parts = [
         effect.nominal(robot) if effect.needs_model else np.array([next(fitted) for _ in effect.columns(robot)])
         for effect in effects

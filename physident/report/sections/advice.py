@@ -9,7 +9,7 @@ from markupsafe import Markup
 from physident.diagnosis.result.advice import separating_words
 from physident.diagnosis.result.findings import Finding, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import INSEPARABLE, cause, in_words, listed, numbered
+from physident.diagnosis.result.wording import INSEPARABLE, MOTORS_UNKNOWN, cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
 from physident.report.markup import joined, tag
 from physident.report.sections.unseen import IN_MODEL, WORDED, by_reason
@@ -35,6 +35,7 @@ def advice(c: DiagnosisRecord) -> Markup:
         *_uncertain(c),
         *_remainder(c),
         *_unseen(c),
+        *([f"{MOTORS_UNKNOWN[0].upper()}{MOTORS_UNKNOWN[1:]}."] if c.motors_unknown else []),
         *_unidentified(c),
     ]
     if not items:
