@@ -73,6 +73,22 @@ def test_what_has_changed_is_named_alone_with_its_value(found: pid.Diagnosis) ->
     assert "compared: 2 of 2 recordings repeat a motion" in " ".join(repr(found).split())
 
 
+def test_what_a_model_always_lacked_is_searched_once(
+    model: pid.Estimate, again: list[pid.Recording], folder: Path
+) -> None:
+    """Who holds recording after recording against a model waits for that search once, and gets the same answers."""
+    del model  # it has written the file
+    loaded, said = pid.load_estimate(folder / "model.json"), list[str]()
+    first, second = (pid.diagnose_motion(loaded, again[:1], progress=said.append) for _ in range(2))
+    assert [text for text in said if "own recordings" in text] == [
+        "searching the model's own recordings for what they show already",
+        "the model's own recordings were searched before",
+    ]
+    assert first.missing_since_before
+    assert second.missing_since_before == first.missing_since_before
+    assert second.findings == first.findings
+
+
 def test_nothing_is_named_where_nothing_has_changed(model: pid.Estimate, folder: Path) -> None:
     untouched = [taken(folder, f"same{seed}", faulty(), seed, 900 + seed) for seed in MOTIONS[:2]]
     found = pid.diagnose_motion(model, untouched)

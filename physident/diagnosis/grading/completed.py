@@ -19,6 +19,7 @@ from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.effects.catalogue import CATALOGUE
 from physident.errors import PhysidentError, warn
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
@@ -52,12 +53,10 @@ def complete_model(
     Where these recordings cannot be searched, or what is found cannot be identified beside the model, the estimate stays as it is, and
     a warning says so.
     """
-    progress("searching the model's own recordings for what they show already")
     signals = prepare_all(estimate.model.robot, control, estimate.filter)
     try:
-        problem = state_problem("missing", estimate, signals, estimate.filter, seed)
-        found = search_and_learn(problem)
-        hypothesis = _held_to(found.last.hypothesis, signals, asked, estimate)
+        found = _searched(estimate, control, signals, seed, progress)
+        hypothesis = _held_to(found, signals, asked, estimate)
         if not hypothesis.accepted:
             return CompletedModel(estimate=estimate)
         uncertainty = uncertainty_of(hypothesis)
@@ -69,6 +68,47 @@ def complete_model(
         return CompletedModel(estimate=estimate)
     checks = [RivalCheck(one, 0.0, ()) for one in hypothesis.accepted]
     return CompletedModel(estimate=extended, findings=make_findings(hypothesis, checks, uncertainty))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Search:
+    """What a search of a model's own recordings found, and all that it depends on."""
+
+    estimate: Estimate
+    recordings: tuple[str, ...]
+    seed: int
+    catalogue: tuple[str, ...]
+    found: Hypothesis
+
+
+_last: list[
+    _Search
+] = []  # one at most: who holds recording after recording against a model asks the same of it every time
+
+
+def _searched(
+    estimate: Estimate,
+    control: Sequence[Recording],
+    signals: Sequence[Signals],
+    seed: int,
+    progress: Callable[[str], None],
+) -> Hypothesis:
+    """What the search of a model's own recordings finds; the last answer where the same is asked again."""
+    recordings, catalogue = tuple(one.sha256 for one in control), tuple(CATALOGUE)
+    for known in _last:
+        if known.estimate is estimate and (known.recordings, known.seed, known.catalogue) == (
+            recordings,
+            seed,
+            catalogue,
+        ):
+            progress("the model's own recordings were searched before")
+            return known.found
+    progress("searching the model's own recordings for what they show already")
+    _last.clear()
+    found = search_and_learn(state_problem("missing", estimate, signals, estimate.filter, seed)).last.hypothesis
+    found.problem.forget()
+    _last.append(_Search(estimate=estimate, recordings=recordings, seed=seed, catalogue=catalogue, found=found))
+    return found
 
 
 def _held_to(
