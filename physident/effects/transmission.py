@@ -177,9 +177,9 @@ class TorqueRipple(Effect):
         """The grid, with the orders of the motor where the robot states its gear ratio; pitches of a slide."""
         if robot.joints[joints[0] - 1].kind == "prismatic":
             return tuple(2 * np.pi / pitch for pitch in PITCHES)
-        if robot.gear_ratios is None:
+        if robot.motor_turns is None:
             return shape.grid
-        ratio = robot.gear_ratios[joints[0] - 1]
+        ratio = robot.motor_turns[joints[0] - 1]
         return tuple(dict.fromkeys((*shape.grid, *(periods * ratio for periods in PERIODS))))
 
     @classmethod
@@ -200,7 +200,7 @@ class TorqueRipple(Effect):
     def in_words(self, robot: Robot, theta: Array) -> str:
         sentences, sizes = [], np.hypot(*theta.reshape(-1, 2).T)
         for j, order, size in zip(self.active(robot), self.shape_values(robot, "order"), sizes, strict=True):
-            periods = 0.0 if robot.gear_ratios is None else order / robot.gear_ratios[j]
+            periods = 0.0 if robot.motor_turns is None else order / robot.motor_turns[j]
             if periods >= 1 and periods.is_integer():
                 often = {1: "once", 2: "twice"}.get(int(periods), f"{periods:.0f} times")
                 unit = robot.joints[j].unit(self.unit)

@@ -47,7 +47,7 @@ class Robot:
     joints in another order than the description's. ``tool`` (3,) [m] is the origin of the link ``tool_frame``, or of the
     last link fixed to joint n, in the frame of joint n. ``locked`` are joints that the file lets move and ``urdf`` fixes;
     ``joint_dynamics`` (n,) is what a simulator adds at each joint, for a description that is a simulation. ``gear_ratios`` (n,) are the turns
-    of each motor for one of its joint, those of the ``drives`` where these are known.
+    of each motor for one of its joint where they are known without the rest of the ``drives``.
     """
 
     name: str
@@ -91,8 +91,6 @@ class Robot:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
             object.__setattr__(self, key, value)
-        if self.drives is not None:
-            object.__setattr__(self, "gear_ratios", tuple(abs(drive.gear_ratio) for drive in self.drives))
         for name in ("drives", "acceleration_limit", "joint_dynamics", "gear_ratios"):
             entries = getattr(self, name)
             if entries is not None and len(entries) != self.n:
@@ -140,6 +138,11 @@ class Robot:
     def description(self) -> Description:
         """Links and joints as ``urdf`` states them, each number read once."""
         return read_description(self.urdf, self.source)
+
+    @property
+    def motor_turns(self) -> tuple[float, ...] | None:
+        """Turns (n,) of each motor for one of its joint: by the drives, else the stated gear ratios; None where neither is known."""
+        return self.gear_ratios if self.drives is None else tuple(abs(drive.gear_ratio) for drive in self.drives)
 
     @property
     def rotor_inertia(self) -> Array:
@@ -208,7 +211,7 @@ class Robot:
             "joint_order": self.joint_order and list(self.joint_order),
             "tool_frame": self.tool_frame,
             "locked": [vars(joint) for joint in self.locked],
-            "gear_ratios": self.gear_ratios and list(self.gear_ratios) if self.drives is None else None,
+            "gear_ratios": self.gear_ratios and list(self.gear_ratios),
             "joint_dynamics": self.joint_dynamics and [vars(one) for one in self.joint_dynamics],
             "origin": self.origin and vars(self.origin) | {"bodies": list(self.origin.bodies)},
         }

@@ -107,7 +107,7 @@ class DiagnosisRecord:
     def motors_unknown(self) -> bool:
         """Whether what a model lacks may be ripple of motors behind gears that the robot does not state, so that it was not searched."""
         turns = any(joint.kind != "prismatic" for joint in self.model.robot.joints)
-        unknown = turns and self.model.robot.gear_ratios is None and self.question != "different"
+        unknown = turns and self.model.robot.motor_turns is None and self.question != "different"
         return unknown and bool(self.causes or self.structured)
 
     @property
