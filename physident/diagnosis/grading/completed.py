@@ -72,18 +72,15 @@ def complete_model(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Search:
-    """What a search of a model's own recordings found, and all that it depends on."""
+    """What a search of a model's own recordings found, and ``asked``, all that it depends on beside the estimate."""
 
     estimate: Estimate
-    recordings: tuple[str, ...]
-    seed: int
-    catalogue: tuple[str, ...]
+    asked: tuple[object, ...]
     found: Hypothesis
 
 
-_last: list[
-    _Search
-] = []  # one at most: who holds recording after recording against a model asks the same of it every time
+# one at most: who holds recording after recording against a model asks the same of its own recordings every time
+_last: list[_Search] = []
 
 
 def _searched(
@@ -94,20 +91,16 @@ def _searched(
     progress: Callable[[str], None],
 ) -> Hypothesis:
     """What the search of a model's own recordings finds; the last answer where the same is asked again."""
-    recordings, catalogue = tuple(one.sha256 for one in control), tuple(CATALOGUE)
+    asked = (*(one.sha256 for one in control), seed, *CATALOGUE.values())
     for known in _last:
-        if known.estimate is estimate and (known.recordings, known.seed, known.catalogue) == (
-            recordings,
-            seed,
-            catalogue,
-        ):
+        if known.estimate is estimate and known.asked == asked:
             progress("the model's own recordings were searched before")
             return known.found
     progress("searching the model's own recordings for what they show already")
     _last.clear()
     found = search_and_learn(state_problem("missing", estimate, signals, estimate.filter, seed)).last.hypothesis
     found.problem.forget()
-    _last.append(_Search(estimate=estimate, recordings=recordings, seed=seed, catalogue=catalogue, found=found))
+    _last.append(_Search(estimate=estimate, asked=asked, found=found))
     return found
 
 
