@@ -146,6 +146,25 @@ def test_a_contact_ends_before_what_one_joint_alone_makes_much_of() -> None:
     np.testing.assert_allclose(found[:, 0], 4.0)
 
 
+def test_a_contact_that_two_joints_feel_in_turn_is_one() -> None:
+    """Neither run that leaves out one joint of the two is the best."""
+    gain = np.full((12, 3, 1), -1.0)
+    gain[3:6, :, 0] = [[10.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 10.0, 0.0]]
+    first, last, _ = most_without_the_strongest(gain)
+    assert (first[0], last[0]) == (3, 6)
+
+
+def test_the_best_run_is_the_best_of_all_runs() -> None:
+    random = np.random.default_rng(3)
+    gain = random.normal(size=(40, 4, 25))
+    first, last, found = most_without_the_strongest(gain)
+    for s in range(25):
+        runs = [gain[i : i + k, :, s].sum(axis=0) for k in range(1, 21) for i in range(41 - k)]
+        best = max(run.sum() - run.max() for run in runs)
+        np.testing.assert_allclose(found[:, s].sum() - found[:, s].max(), best)
+        np.testing.assert_allclose(found[:, s], gain[first[s] : last[s], :, s].sum(axis=0))
+
+
 def pressed(seen: CandidateScores, evidence: float, least: float) -> CandidateScores:
     """A look whose contact has some evidence, less of it without the joint that speaks most, and is large enough."""
     S = seen.contact.evidence.shape

@@ -14,6 +14,7 @@ from physident.cli import run
 from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.rivals.same_torque import same_torque
 from physident.diagnosis.search.forward_search import search_effects
+from physident.effects.catalogue import effect_from_dict
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Drives, Ripple, Sensors, multisine, record
 
@@ -90,11 +91,34 @@ def test_a_urdf_has_no_gear_ratios_until_they_are_stated(
 
 
 @pytest.mark.parametrize(
-    "ratios", [(101.0,) * 5, (101.0,) * 5 + (0.0,), (101.0,) * 5 + (-50.0,), (101.0,) * 5 + (np.nan,)]
+    ("ratios", "told"),
+    [
+        ((101.0,) * 5, "5 gear ratios came, expected 6"),
+        ((101.0,) * 5 + (0.0,), "expected numbers from 1 to 10000"),
+        ((101.0,) * 5 + (1e300,), "expected numbers from 1 to 10000"),
+        ((101.0,) * 5 + (np.nan,), "expected numbers from 1 to 10000"),
+    ],
 )
-def test_gear_ratios_are_positive_and_one_a_joint(urdf: Path, ratios: tuple[float, ...]) -> None:
-    with pytest.raises(pid.InputError, match=r"arm\.urdf: gear_ratios"):
+def test_gear_ratios_are_those_of_gears_and_one_a_joint(urdf: Path, ratios: tuple[float, ...], told: str) -> None:
+    with pytest.raises(pid.InputError, match=told):
         pid.load_robot(urdf, gear_ratios=ratios)
+
+
+def test_a_motor_that_turns_the_other_way_ripples_alike(urdf: Path) -> None:
+    assert pid.load_robot(urdf, gear_ratios=(-48.0,) * 6).motor_turns == (48.0,) * 6
+
+
+@pytest.mark.parametrize("ratio", [50.7, 99.9, 120.9])
+@pytest.mark.parametrize("periods", [1, 3, 12])
+def test_a_ratio_need_not_be_whole(urdf: Path, ratio: float, periods: int) -> None:
+    """The order that was searched is told in turns of the motor, whatever the ratio."""
+    robot = pid.load_robot(urdf, gear_ratios=(ratio,) * 6)
+    cls = pid.CATALOGUE["torque_ripple"]
+    (shape,) = cls.shape_parameters
+    order = min(cls.search_grid(robot, (JOINT,), shape), key=lambda one: abs(one - periods * ratio))
+    often = {1: "once"}.get(periods, f"{periods} times")
+    ripple = effect_from_dict({"effect": "torque_ripple", "joints": [JOINT], "order": [order]})
+    assert f"{often} in each turn of its motor" in ripple.in_words(robot, np.array([1.0, 0.0]))
 
 
 def test_a_description_that_states_its_drives_is_not_contradicted() -> None:

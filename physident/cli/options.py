@@ -56,7 +56,8 @@ GearRatiosOption = Annotated[
     typer.Option(
         "--gear-ratios",
         metavar="RATIOS",
-        help='With --robot: turns of each motor for one turn of its joint, "101 101 ...": ripple of the motors is then found too.',
+        help='With --robot: turns of each motor for one turn of its joint, one number for each joint: "101 101 ...". Ripple of the motors is'
+        " then found, too.",
     ),
 ]
 ColumnsOption = Annotated[
@@ -164,7 +165,9 @@ def optional_robot(
     given = {"--joints": joints, "--lock": lock, "--tool": tool, "--gear-ratios": gear_ratios}
     if option is None:
         if lonely := [name for name, value in given.items() if value]:
-            raise InputError(f"{lonely[0]} was given without --robot, expected both: a model has its joints")
+            raise InputError(
+                f"{lonely[0]} was given without --robot, expected both: a model has its joints and gears; identify it again to change them"
+            )
         return None
     robot = load_robot(
         option,

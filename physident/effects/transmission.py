@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
@@ -200,9 +201,10 @@ class TorqueRipple(Effect):
     def in_words(self, robot: Robot, theta: Array) -> str:
         sentences, sizes = [], np.hypot(*theta.reshape(-1, 2).T)
         for j, order, size in zip(self.active(robot), self.shape_values(robot, "order"), sizes, strict=True):
-            periods = 0.0 if robot.motor_turns is None else order / robot.motor_turns[j]
-            if periods >= 1 and periods.is_integer():
-                often = {1: "once", 2: "twice"}.get(int(periods), f"{periods:.0f} times")
+            turns = 1.0 if robot.motor_turns is None else robot.motor_turns[j]
+            periods = round(order / turns)
+            if turns > 1 and math.isclose(order, periods * turns):
+                often = {1: "once", 2: "twice"}.get(periods, f"{periods} times")
                 unit = robot.joints[j].unit(self.unit)
                 sentences.append(f"Joint {j + 1}: {size:.3g} {unit}, {often} in each turn of its motor.")
         return " ".join(sentences)

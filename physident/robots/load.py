@@ -35,12 +35,12 @@ def load_robot(
     ``gravity`` (3,) [m/s^2] in the base frame replaces the description's, for an arm that is not mounted upright. ``joints``
     picks the joints that move, by name or pattern such as "panda_joint*" and in this order (a set has the description's); the others are fixed where
     ``lock`` puts them ([rad|m] by joint name), or else at zero. Without ``joints``, grippers whose fingers mimic each other
-    and floating bases are fixed. ``tool`` names the link that is the tool frame. ``gear_ratios`` (n,) are the turns of each motor for one of
-    its joint, for a description that states no drives. Meshes are not needed for a URDF.
+    and floating bases are fixed. ``tool`` names the link that is the tool frame. ``gear_ratios`` (n,) are the turns of each motor for one
+    turn of its joint, whatever the direction, for a description that states no drives. Meshes are not needed for a URDF.
 
     Warns about links that are not rigid bodies or have no mass. Raises InputError for a file that is missing or malformed,
-    joints that are unknown or not from base to tip, too many joints, a mass that is negative or not finite, and gear ratios that are not
-    positive, not one a joint, or stated by the description already.
+    joints that are unknown or not from base to tip, too many joints, a mass that is negative or not finite, and gear ratios that are
+    below 1, not one a joint, or stated by the description already.
     """
     found = find_description(source)
     chosen = [name.strip() for name in joints.split(",") if name.strip()] if isinstance(joints, str) else joints
@@ -61,7 +61,11 @@ def _geared(robot: Robot, gear_ratios: Sequence[float]) -> Robot:
     if robot.drives is not None:
         stated = " ".join(f"{drive.gear_ratio:g}" for drive in robot.drives)
         raise InputError(f"gear ratios were given, but {robot.source} states them already ({stated}): leave them out")
-    return replace(robot, gear_ratios=tuple(map(float, gear_ratios)))
+    if len(gear_ratios) != robot.n:
+        raise InputError(
+            f'{robot.source}: {len(gear_ratios)} gear ratios came, expected {robot.n}, one a joint: --gear-ratios "101 101 ...", in quotes'
+        )
+    return replace(robot, gear_ratios=tuple(abs(float(ratio)) for ratio in gear_ratios))
 
 
 def as_robot(given: Robot | str | Path) -> Robot:

@@ -20,6 +20,7 @@ from physident.robots.urdf import Description, read_description
 
 Array = NDArray[np.float64]
 MAX_GRAVITY = 1e3  # m/s^2
+LARGEST_RATIO = 10_000  # of a gear
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 SHOWN = 8  # locked joints that are printed
 READER = RecordReader("expected a robot as this program writes it")
@@ -47,7 +48,7 @@ class Robot:
     joints in another order than the description's. ``tool`` (3,) [m] is the origin of the link ``tool_frame``, or of the
     last link fixed to joint n, in the frame of joint n. ``locked`` are joints that the file lets move and ``urdf`` fixes;
     ``joint_dynamics`` (n,) is what a simulator adds at each joint, for a description that is a simulation. ``gear_ratios`` (n,) are the turns
-    of each motor for one of its joint where they are known without the rest of the ``drives``.
+    of each motor for one turn of its joint, where they are known without the rest of the ``drives``.
     """
 
     name: str
@@ -95,9 +96,10 @@ class Robot:
             entries = getattr(self, name)
             if entries is not None and len(entries) != self.n:
                 raise InputError(f"{self.source}: {name} has {len(entries)} entries, expected {self.n}, one a joint")
-        if self.gear_ratios is not None and not all(0 < ratio < math.inf for ratio in self.gear_ratios):
+        if self.gear_ratios is not None and not all(1 <= ratio <= LARGEST_RATIO for ratio in self.gear_ratios):
             raise InputError(
-                f"{self.source}: gear_ratios are {list(self.gear_ratios)}, expected positive numbers: turns of the motor for one of the joint"
+                f"{self.source}: gear_ratios are {list(self.gear_ratios)}, expected numbers from 1 to {LARGEST_RATIO}: turns of the motor for"
+                " one turn of the joint"
             )
 
     @property
@@ -141,7 +143,7 @@ class Robot:
 
     @property
     def motor_turns(self) -> tuple[float, ...] | None:
-        """Turns (n,) of each motor for one of its joint: by the drives, else the stated gear ratios; None where neither is known."""
+        """Turns (n,) of each motor for one turn of its joint: by the drives, else the stated gear ratios; None where neither is known."""
         return self.gear_ratios if self.drives is None else tuple(abs(drive.gear_ratio) for drive in self.drives)
 
     @property

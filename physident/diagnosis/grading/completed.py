@@ -91,7 +91,7 @@ def _searched(
     progress: Callable[[str], None],
 ) -> Hypothesis:
     """What the search of a model's own recordings finds; the last answer where the same is asked again."""
-    asked = (*(one.sha256 for one in control), seed, *CATALOGUE.values())
+    asked = (*map(_content, control), seed, *CATALOGUE.items())
     for known in _last:
         if known.estimate is estimate and known.asked == asked:
             progress("the model's own recordings were searched before")
@@ -102,6 +102,12 @@ def _searched(
     found.problem.forget()
     _last.append(_Search(estimate=estimate, asked=asked, found=found))
     return found
+
+
+def _content(recording: Recording) -> tuple[object, ...]:
+    """What distinguishes a recording from another one; its hash is that of the file."""
+    measured = None if recording.temperature is None else recording.temperature.tobytes()
+    return recording.sha256, recording.effort_kind, recording.drive_gains, measured
 
 
 def _held_to(

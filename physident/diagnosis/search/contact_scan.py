@@ -26,6 +26,7 @@ from physident.large_arrays import blocks
 Array = NDArray[np.float64]
 PHASES = (0.0, PIECE / 2)  # s: where windows begin; an edge is then at most an eighth of a second off
 LONGEST = 0.5  # of a recording: what lasts longer is no passing contact but a change of the arm
+EDGE = 1.05  # times a length is the next one that is tried: the ends are moved to where they fit best
 WINDOWS = 1 << 22  # numbers of responses in windows that are worked on at once
 CONTACT = Candidate("contact", (), (Option(None, ()),))
 
@@ -153,36 +154,24 @@ def most_without_the_strongest(gain: Array) -> tuple[NDArray[np.intp], NDArray[n
     """First and last + 1 window (S,) of the run that explains most without its strongest joint, and its gains (n, S).
 
     ``gain`` (W, n, S). The run of the largest sum over all joints may end with what one joint alone makes much of, and would
-    then be refused. Asked are the runs of the largest sum over all joints but one.
+    then be refused. Of equal runs it is the shortest and first; long ones are tried to a twentieth of their length.
     """
-    (n, S), every = gain.shape[1:], np.arange(gain.shape[2])
+    (W, n, S), every = gain.shape, np.arange(gain.shape[2])
     sums = np.concatenate([np.zeros((1, n, S)), np.cumsum(gain, axis=0)])
-    others = gain.sum(axis=1, keepdims=True) - gain
-    first, last = (each.reshape(n, S) for each in _intervals(others.reshape(len(gain), n * S)))
-    found = (sums[last, :, every] - sums[first, :, every]).transpose(2, 0, 1)  # (n, runs, S)
-    best = (found.sum(axis=0) - found.max(axis=0)).argmax(axis=0)
-    return first[best, every], last[best, every], found[:, best, every]
+    best, first, last = np.full(S, -np.inf), np.zeros(S, dtype=np.intp), np.zeros(S, dtype=np.intp)
+    for length in _lengths(max(1, int(LONGEST * W))):
+        runs = sums[length:] - sums[:-length]
+        value = runs.sum(axis=1) - runs.max(axis=1)
+        at = value.argmax(axis=0)
+        better = value[at, every] > best
+        best, first = np.where(better, value[at, every], best), np.where(better, at, first)
+        last = np.where(better, at + length, last)
+    return first, last, (sums[last, :, every] - sums[first, :, every]).T
 
 
-def _intervals(gain: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First and last + 1 window (S,) of the run with the largest sum of gains (W, S), the shortest and first of equal ones."""
-    from scipy.ndimage import minimum_filter1d
-
-    W, S = gain.shape
-    longest = max(1, int(LONGEST * W))
-    sums = np.concatenate([np.zeros((1, S)), np.cumsum(gain, axis=0)])
-    # the smallest sum among the `longest` ones before each
-    size = longest
-    padded = np.concatenate([np.full((size, S), np.inf), sums[:-1]])
-    least = minimum_filter1d(padded, size, axis=0, origin=(size - 1) // 2, mode="nearest")[size:]
-    value = sums[1:] - least
-    first, last = np.zeros(S, dtype=np.intp), np.zeros(S, dtype=np.intp)
-    for s, top in enumerate(value.max(axis=0)):
-        found = []
-        for end in np.flatnonzero(value[:, s] == top) + 1:
-            begin = max(0, end - longest)
-            at = np.flatnonzero(sums[begin:end, s] == least[end - 1, s])[-1] + begin
-            found.append((end - at, at))
-        length, first[s] = min(found)
-        last[s] = first[s] + length
-    return first, last
+def _lengths(longest: int) -> list[int]:
+    """Every number of windows up to twenty seconds; then each a twentieth more than the one before."""
+    lengths = [1]
+    while lengths[-1] < longest:
+        lengths.append(max(lengths[-1] + 1, int(EDGE * lengths[-1])))
+    return [*lengths[:-1], longest]
