@@ -27,7 +27,7 @@ NOT_FOUND: dict[Asked, str] = {
 INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 ALIKE = 3  # names of one cause in a sentence
-MOTORS_UNKNOWN = "ripple of the motors behind their gears was not searched: state --gear-ratios where --robot is given, to identify or to diagnose"
+MOTORS_UNKNOWN = "ripple of the motors behind their gears was not searched: it needs --gear-ratios, which identify and diagnose take with --robot"
 AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
 
 
