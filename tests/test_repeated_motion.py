@@ -73,11 +73,9 @@ def test_what_has_changed_is_named_alone_with_its_value(found: pid.Diagnosis) ->
     assert "compared: 2 of 2 recordings repeat a motion" in " ".join(repr(found).split())
 
 
-def test_what_a_model_always_lacked_is_searched_once(
-    model: pid.Estimate, again: list[pid.Recording], folder: Path
-) -> None:
+@pytest.mark.usefixtures("model")  # it writes the file
+def test_what_a_model_always_lacked_is_searched_once(again: list[pid.Recording], folder: Path) -> None:
     """Who holds recording after recording against a model waits for that search once, and gets the same answers."""
-    del model  # it has written the file
     loaded, said = pid.load_estimate(folder / "model.json"), list[str]()
     first, second = (pid.diagnose_motion(loaded, again[:1], progress=said.append) for _ in range(2))
     assert [text for text in said if "own recordings" in text] == [
