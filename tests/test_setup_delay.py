@@ -12,7 +12,7 @@ import pytest
 
 import physident as pid
 from physident.setup_checks.check_setup import check_setup
-from tests.plant import Arm, Sensors, hide, multisine, record
+from tests.plant import Arm, Drives, Ripple, Sensors, hide, multisine, record
 from tests.plant.laws import Bristle
 from tests.serial_arms import ARMS, urdf
 
@@ -80,3 +80,12 @@ def test_the_lag_of_bristles_is_no_part_of_a_delay(ur5: pid.Robot, tmp_path: Pat
         low, high = (int(x) for x in re.findall(r"\d+", finding.evidence))
         assert low <= 1e3 * late <= high
         assert high - low < 10
+
+
+@pytest.mark.parametrize(("seed", "joint"), [(3, 4), (4, 6), (6, 6)])
+def test_the_ripple_of_one_motor_is_no_delay(ur5: pid.Robot, tmp_path: Path, seed: int, joint: int) -> None:
+    """A joint whose torque is mostly ripple is explained best with some shift, whatever the clocks: no other joint asks for it."""
+    arm = replace(Arm(), drives=Drives(ripples=(Ripple(joint - 1, 2.5, 505.0, 0.7),)))
+    record(arm, multisine(seed, speed=0.3), Sensors(), seed, step=2e-3).write_csv(tmp_path / "slow.csv")
+    recording = pid.load_recording(tmp_path / "slow.csv")
+    assert "effort_delay" not in [finding.kind for finding in check_setup(ur5, [recording])]
