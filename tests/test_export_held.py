@@ -12,7 +12,8 @@ import pytest
 import physident as pid
 from physident.cli import run
 from physident.effects.hysteresis import PreslidingHysteresis
-from physident.export.held import loss_of_torque, training_recordings
+from physident.estimation.results.fitted import fitted_recordings
+from physident.export.held import loss_of_torque
 from physident.export.urdf import urdf_of
 from physident.export.urdf_edit import parse_elements
 
@@ -61,7 +62,7 @@ def test_a_torque_that_errs_more_is_stated_with_and_without_the_recordings(
     names = [f"{name}_{j}" for name in ("q", "dq", "tau") for j in range(1, 7)]
     np.savetxt(path := tmp_path / "a.csv", table, delimiter=",", header=",".join(["time", *names]), comments="")
     estimate = pid.identify(arm.robot, pid.load_recordings(path), [*EFFECTS, "rotor_inertia"], method="physical")
-    at_hand = training_recordings(estimate)
+    at_hand = fitted_recordings(replace(estimate, fitted=()))
     assert [recording.sha256 for recording in at_hand] == [source.sha256 for source in estimate.sources]
     held = urdf_of(estimate.model).held.model
     for recordings, where in ((at_hand, "training recordings"), ([], "random motion")):
@@ -76,4 +77,4 @@ def test_a_torque_that_errs_more_is_stated_with_and_without_the_recordings(
     assert run(["export", "--model", str(tmp_path / "model.json"), "--urdf", str(tmp_path / "a.urdf")]) == 0
     assert "on the training recordings than the model's own: joint 4" in capsys.readouterr().err
     path.write_text(path.read_text().replace("e-01", "e-02"))  # another recording under the same name
-    assert training_recordings(estimate) == []
+    assert fitted_recordings(replace(estimate, fitted=())) == ()

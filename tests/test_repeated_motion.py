@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.diagnosis.grading.control import own_recordings
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.diagnosis.result.saved import read_diagnosis
 from physident.estimation.identify import prepare_all
+from physident.estimation.results.fitted import fitted_recordings
 from tests.bags import write_bag
 from tests.plant import Arm, Contact, Sensors, hide, multisine, record
 
@@ -243,7 +243,7 @@ def test_a_bag_is_a_control_too(model: pid.Estimate, folder: Path, ur5: pid.Robo
         folder / "bag", pid.load_recording(model.sources[0].path), ur5.joint_names, order=(2, 0, 1, 5, 4, 3)
     )
     fitted = pid.identify(ur5, [pid.load_recording(bag, joints=ur5.joint_names)])
-    (control,) = own_recordings(fitted)
+    (control,) = fitted_recordings(replace(fitted, fitted=()))
     np.testing.assert_allclose(control.q, pid.load_recording(model.sources[0].path).q, atol=1e-9)
 
 

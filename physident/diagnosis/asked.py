@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from physident.diagnosis.grading.agreement import as_recordings_agree
 from physident.diagnosis.grading.completed import CompletedModel, complete_model
-from physident.diagnosis.grading.control import own_recordings, with_temperatures
+from physident.diagnosis.grading.control import with_temperatures
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
 from physident.diagnosis.problem.question import Question, choose_question
 from physident.diagnosis.problem.requirements import check_holdout, check_lengths, refuse_repeated
@@ -19,7 +19,8 @@ from physident.errors import InputError, warn
 from physident.estimation.dry_friction.transition_width import model_with_transitions
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
-from physident.estimation.regressor_fit import shared_gains
+from physident.estimation.regressor_fit import shared_gains, shared_layout
+from physident.estimation.results.fitted import fitted_recordings
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals, as_filter
@@ -149,7 +150,7 @@ def ask(
         control_signals=control_signals,
         own_error=own_error,
         comparison=comparison,
-        layout=estimate.layout if estimate else columns,
+        layout=estimate.layout if estimate else columns or shared_layout(diagnosed),
         drive_gains=gains,
         recording_offsets=recording_offsets,
         seed=seed,
@@ -188,7 +189,7 @@ def _own_and_control(
     others were given."""
     if estimate is None or question != "different":
         return (), ()
-    own = own_recordings(estimate, before or ())
+    own = fitted_recordings(estimate, before or ())
     if before is None:
         return own, own
     return own, tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)

@@ -18,6 +18,7 @@ from physident.estimation.shapes.shape_uncertainty import FoundShape
 from physident.estimation.uncertainty import t_quantile
 from physident.identifiability.base_parameters import BaseParameters, find_base_parameters
 from physident.json_records import NotNegative
+from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter
 
 Array = NDArray[np.float64]
@@ -41,7 +42,8 @@ class EstimatedModel:
     blocks; ``sigma`` (n,) [N m|N] and ``relative`` (n,) [%] of all fitted rows, as ``validate`` scores them;
     ``effective_samples`` (n,) number of independent samples they are worth; ``information`` (r, r) about the base parameters in
     the fitted rows at that worth, where it is known. ``filter``, ``layout`` (the columns of the
-    recordings' files) and ``drive_gains`` are the defaults for other recordings.
+    recordings' files) and ``drive_gains`` are the defaults for other recordings. ``fitted`` are the recordings
+    themselves, which a file does not hold.
 
     A physical estimate also states what determined it: ``shares`` (p,) of the information in independent directions
     that came from the data, ``base_shares`` (r,) the same for each base parameter, and ``active_constraints``, the
@@ -60,6 +62,7 @@ class EstimatedModel:
     certificate: Certificate
     filter: Filter
     sources: tuple[Source, ...]
+    fitted: tuple[Recording, ...] = ()
     layout: str | None = None
     drive_gains: tuple[float, ...] | None = None
     blocks: int = 2

@@ -19,7 +19,7 @@ from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.estimation.estimators import Estimator, make_estimator
 from physident.estimation.least_squares import least_squares
-from physident.estimation.regressor_fit import fit_with_rests
+from physident.estimation.regressor_fit import fit_with_rests, shared_layout
 from physident.estimation.shapes.curve_priors import placed
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
@@ -52,7 +52,7 @@ def identify(
     ``method`` is "ols", "wls" (each joint weighted by its residual), "robust" (outliers count linearly), "physical"
     (physically consistent, with a prior), or an object ``OLS``, ``WLS``, ``Robust``, ``Physical`` with settings.
     ``effects`` are names or objects, or one text of names separated by commas; ``filter`` may be its cutoff [Hz].
-    ``columns`` is the layout of files, stored in the estimate as the default layout of others. Recordings are held against the
+    ``columns`` is the layout of files, by default the one that the recordings were read with; the estimate stores it as that of others. Recordings are held against the
     robot's description first, see ``check_setup``: what is wrong is a warning, and in the estimate's ``warnings``. Raises InputError for
     recordings that do not fit the robot, for a joint that never moves although an effect acts on it alone, for efforts
     that cannot be the arm's, and for a prior or bounds that do not fit the model; NotSolvedError where the estimator does
@@ -63,6 +63,7 @@ def identify(
     recordings = as_recordings(recordings, robot, columns)
     if not recordings:
         raise InputError("no recordings given, expected at least one")
+    columns = shared_layout(recordings) if columns is None else columns
     filter, initial = as_filter(filter), make_effects(effects)
     signals = prepare_all(robot, recordings, filter)
     refuse_duplicates(recordings)

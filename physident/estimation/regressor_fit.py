@@ -109,6 +109,7 @@ def estimate_from(
             certificate=physical.certificate,
             filter=filter,
             sources=sources,
+            fitted=tuple(recordings),
             layout=columns,
             drive_gains=shared_gains(recordings),
             blocks=physical.blocks,
@@ -138,6 +139,7 @@ def estimate_from(
         ),
         filter=filter,
         sources=sources,
+        fitted=tuple(recordings),
         layout=columns,
         drive_gains=shared_gains(recordings),
         blocks=solution.blocks,
@@ -168,6 +170,12 @@ def _relative(regressor: Regressor, theta: Array) -> Array:
 def _source(index: int, recording: Recording, regressor: Regressor) -> Source:
     used = np.count_nonzero(regressor.recording == index) / regressor.kept_rate
     return Source(recording.source, recording.sha256, recording.duration, float(used))
+
+
+def shared_layout(recordings: Sequence[Recording]) -> str | None:
+    """The text that declared the columns of the recordings' files, None where there is none or they differ."""
+    layouts = {recording.layout for recording in recordings}
+    return layouts.pop() if len(layouts) == 1 else None
 
 
 def shared_gains(recordings: Sequence[Recording]) -> tuple[float, ...] | None:

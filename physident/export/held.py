@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from physident.dynamics.model import Model
 from physident.effects.classification import Detection, units_in_words
 from physident.effects.effect import Effect
-from physident.errors import InputError, PhysidentError
+from physident.errors import InputError
 from physident.estimation.estimate import Estimate
 from physident.excitation.motion.trajectory import random_trajectory
 from physident.export.joint_friction import Line, added, nearest_lines
-from physident.recordings.load import load_recording
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.kinematic_tree import Joint
@@ -99,20 +98,6 @@ def described(robot: Robot, effect: Effect, theta: Array) -> str:
         return f"{effect.name}: {words.removesuffix('.')}"
     more = ", ..." if len(theta) > PRINTED_VALUES else ""
     return f"{effect.name} [{units_in_words(effect.columns(robot))}] {', '.join(f'{value:.4g}' for value in theta[:PRINTED_VALUES])}{more}"
-
-
-def training_recordings(estimate: Estimate) -> list[Recording]:
-    """The recordings that a model was fitted to, read again; none where one is missing or is not the same any more."""
-    found = []
-    for source in estimate.sources:
-        try:
-            recording = load_recording(source.path, estimate.layout)
-        except (PhysidentError, OSError):
-            return []
-        if recording.sha256 != source.sha256:
-            return []
-        found.append(recording.with_default_drive_gains(estimate.drive_gains))
-    return found
 
 
 def loss_of_torque(estimate: Estimate, held: Model, recordings: Sequence[Recording] = ()) -> str | None:

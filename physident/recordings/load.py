@@ -120,5 +120,5 @@ def _reading(
 
 def _load(path: str | Path, reading: Reading, drive_gains: Sequence[float] | None) -> Recording:
     table = read_table(path, reading)
-    recording = Recording.from_table(table, reading, printable(path))
+    recording = replace(Recording.from_table(table, reading, printable(path)), layout=reading.text)
     return recording if drive_gains is None else recording.gained(drive_gains)

@@ -37,7 +37,8 @@ class Recording:
     ``effort_kind`` "current", a motor current [A], which ``drive_gains`` (n,) [N m/A] convert to a torque;
     ``temperature`` (N, n) [degC] or None. ``rejected`` are the rows that were left out, ``ignored`` the unused columns.
     ``joint_names`` (n,) are known for files that name the joints. ``effort_stated`` is False where the file does not state
-    whether the effort is a torque or a current, as in ROS: it is a torque unless there are drive gains.
+    whether the effort is a torque or a current, as in ROS: it is a torque unless there are drive gains. ``layout`` is the text that
+    declared the columns of its file.
 
     Arrays that may contain bad rows go through ``Recording.from_arrays`` or ``Recording.from_frame``.
     """
@@ -54,6 +55,7 @@ class Recording:
     ignored: tuple[str, ...] = ()
     joint_names: tuple[str, ...] | None = None
     effort_stated: bool = True
+    layout: str | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAYS:

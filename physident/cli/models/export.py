@@ -52,8 +52,9 @@ def export(
     The result lists what a format cannot express, and warns where the torque of the exported model is worse by more than a
     tenth on the training recordings."""
     from physident.estimation.estimate_file import load_estimate
+    from physident.estimation.results.fitted import fitted_recordings
     from physident.export.formats import Targets, export_files
-    from physident.export.held import loss_of_torque, training_recordings
+    from physident.export.held import loss_of_torque
 
     edited = patch if mjcf is None else None
     read = patch if mjcf is not None else None
@@ -64,7 +65,7 @@ def export(
     )  # fmt: skip
     exported = export_files(estimate, targets)
     typer.echo(exported.text)
-    recordings = training_recordings(estimate) if exported.held else []
+    recordings = fitted_recordings(estimate) if exported.held else []
     for name, held in exported.held.items():
         if loss := loss_of_torque(estimate, held.model, recordings):
             warn(f"{name}: {loss}")

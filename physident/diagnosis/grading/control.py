@@ -26,11 +26,8 @@ from physident.diagnosis.statistics.stored_products import Key
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.estimation.dry_friction.row_weights import row_weights
-from physident.estimation.estimate import Estimate
 from physident.estimation.weighting import weight_rows
 from physident.identifiability.base_parameters import find_base_parameters
-from physident.recordings.load import if_at_hand
-from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
 
 Array = NDArray[np.float64]
@@ -39,18 +36,6 @@ UNUSUAL = 0.05  # how often healthy recordings differ so, where few say by how m
 MOSTLY = 0.5  # of an effect: where the control shows the larger part of it, it was there before
 UNSEEN = 0.05  # of an effect's torque in the new recordings, below which the control says nothing of it
 ENOUGH = 4  # differences, as from five recordings of two times: 0.01 then asks for six standard deviations
-
-
-def own_recordings(estimate: Estimate, given: Sequence[Recording] = ()) -> tuple[Recording, ...]:
-    """The recordings that a model was fitted to, where all of them are still at hand, unchanged, or among those ``given``; else none."""
-    names, found = estimate.model.robot.joint_names, []
-    here = {recording.sha256: recording for recording in given}
-    for source in estimate.sources:
-        recording = here.get(source.sha256) or if_at_hand(source.path, source.sha256, estimate.layout, names)
-        if recording is None:
-            return ()
-        found.append(recording.with_default_drive_gains(estimate.drive_gains))
-    return tuple(found)
 
 
 def with_temperatures(control: Sequence[Signals], signals: Sequence[Signals]) -> tuple[list[Signals], tuple[str, ...]]:

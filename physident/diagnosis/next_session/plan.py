@@ -6,12 +6,12 @@ from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 
-from physident.diagnosis.grading.control import own_recordings
 from physident.diagnosis.next_session.open_questions import current_model, noise_left, open_questions, part_of_model
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.inertia import LinkChange
 from physident.estimation.estimate_file import load_estimate
+from physident.estimation.results.fitted import fitted_recordings
 from physident.excitation.session.plan import Budget, plan_session
 from physident.excitation.session.ranges import Ranges, ranges_of_signals
 from physident.excitation.session.session import Session
@@ -71,7 +71,7 @@ def _not_yet_repeated(diagnosis: DiagnosisRecord, notes: list[str]) -> list[Sign
             f"the model file {diagnosis.model_file or 'of the diagnosis'} is not at hand: no motion of its recordings is repeated"
         )
         return []
-    control = own_recordings(load_estimate(diagnosis.model_file))
+    control = fitted_recordings(load_estimate(diagnosis.model_file))
     if not control:
         notes.append("the model's own recordings are not at hand: no motion of theirs is repeated")
     done = {used.repeats for used in diagnosis.recordings}

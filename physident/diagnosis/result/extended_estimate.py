@@ -62,6 +62,7 @@ def extended_estimate(hypothesis: Hypothesis, uncertainty: Uncertainty, recordin
         filter=problem.filter,
         # what has changed is not in the recordings from before: they are no control of the model that it made
         sources=before.sources if problem.question == "missing" else sources,
+        fitted=before.fitted if problem.question == "missing" else tuple(recordings),
         layout=before.layout,
         drive_gains=before.drive_gains,
         blocks=before.blocks,

@@ -127,7 +127,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
     if d.controlled is False:
         rows.append(
             "no control: the recordings that the model was fitted to are not at hand, so what the model always lacked may"
-            " stand here as a change; give them with --before"
+            " stand here as a change; give them with --before (in Python, before=[...])"
         )
     return rows
 

@@ -38,6 +38,15 @@ class Reading:
         """The names in the file of the joints that are wanted, in the order of the robot; None where they are not known."""
         return self.declared_joints or self.joints
 
+    @property
+    def text(self) -> str | None:
+        """The text from which ``parse`` reads what is declared; None where nothing is, or where the columns have no text."""
+        if isinstance(self.columns, ColumnLayout):
+            return None
+        given = {"topic": self.topic, "rate": self.rate and f"{self.rate:.12g}"}
+        given["joints"] = self.declared_joints and " ".join(self.declared_joints)
+        return ",".join([self.columns or "", *(f"{k}={v}" for k, v in given.items() if v)]).removeprefix(",") or None
+
     @staticmethod
     def parse(text: str) -> Reading:
         """From a text such as "q=0:6,tau=6:12,rate=125" or "topic=/joint_states,joints=a b c"; raises InputError for another one."""
