@@ -62,7 +62,12 @@ def test_a_change_is_held_against_arrays(ur5: pid.Robot, run: pid.Recording) -> 
 
     estimate = pid.identify(ur5, arrays(run))
     assert pid.diagnose_motion(estimate, arrays(run, 1e-3)).controlled is True
-    assert pid.diagnose_motion(replace(estimate, fitted=()), arrays(run, 1e-3)).controlled is False
+    with pytest.warns(
+        pid.PhysidentWarning, match="arrays: the model was fitted to it, but no such recording is at hand"
+    ):
+        alone = pid.diagnose_motion(replace(estimate, fitted=()), arrays(run, 1e-3))
+    assert alone.controlled is False
+    assert any("arrays: the model was fitted to it" in text for text in alone.warnings)
 
 
 def test_a_file_that_has_changed_is_not_at_hand(ur5: pid.Robot, bare: Path, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from physident.estimation.dry_friction.transition_width import model_with_transi
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.estimation.identify import prepare_all
 from physident.estimation.regressor_fit import shared_gains, shared_layout
-from physident.estimation.results.fitted import fitted_recordings
+from physident.estimation.results.fitted import each_at_hand
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals, as_filter
@@ -125,9 +125,9 @@ def ask(
     warnings = warn_of_setup(given.robot, [*with_torque, *held_torque])
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
-    own, control = _own_and_control(estimate, before, question)
+    own, control, lost = _own_and_control(estimate, before, question)
     control_signals, assumed = with_temperatures(prepare_all(given.robot, control, used_filter), signals)
-    for text in assumed:
+    for text in (*lost, *assumed):
         warn(text)
     original, complete, searched, own_error = as_estimate(model, used_filter), None, model, None
     if estimate and own:
@@ -154,7 +154,7 @@ def ask(
         drive_gains=gains,
         recording_offsets=recording_offsets,
         seed=seed,
-        warnings=(*warnings, *assumed),
+        warnings=(*warnings, *lost, *assumed),
     )
 
 
@@ -184,12 +184,23 @@ def _check_options(
 
 def _own_and_control(
     estimate: Estimate | None, before: Sequence[Recording] | None, question: Question
-) -> tuple[tuple[Recording, ...], tuple[Recording, ...]]:
+) -> tuple[tuple[Recording, ...], tuple[Recording, ...], tuple[str, ...]]:
     """The recordings that the model was fitted to, where they are at hand, and those that a change is held against: the same ones, unless
-    others were given."""
+    others were given. Last, which of the former are lost, in words."""
     if estimate is None or question != "different":
-        return (), ()
-    own = fitted_recordings(estimate, before or ())
+        return (), (), ()
+    found = each_at_hand(estimate, before or ())
+    missing = [source.path for source, one in zip(estimate.sources, found, strict=True) if one is None]
+    own = () if missing else tuple(recording for recording in found if recording is not None)
+    lost = (_lost(missing),) if missing else ()
     if before is None:
-        return own, own
-    return own, tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before)
+        return own, own, lost
+    return own, tuple(recording.with_default_drive_gains(estimate.drive_gains) for recording in before), lost
+
+
+def _lost(missing: Sequence[str]) -> str:
+    names = f"{missing[0]} and {len(missing) - 1} others" if len(missing) > 2 else " and ".join(missing)
+    return (
+        f"{names}: the model was fitted to {'it' if len(missing) == 1 else 'them'}, but no such recording is at hand unchanged, so that what"
+        " the model always lacked cannot be told from a change; put it back, or pass it with --before (in Python, before=[...])"
+    )

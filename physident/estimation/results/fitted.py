@@ -12,16 +12,17 @@ from physident.recordings.recording import Recording
 
 
 def fitted_recordings(estimate: EstimatedModel, given: Sequence[Recording] = ()) -> tuple[Recording, ...]:
-    """The recordings that a model was fitted to, where all of them are at hand: with the estimate itself, among those ``given``, or as
-    files that have not changed since; otherwise none."""
-    found = []
+    """The recordings that a model was fitted to, where all of them are at hand; otherwise none."""
+    found = [recording for recording in each_at_hand(estimate, given) if recording is not None]
+    return tuple(found) if len(found) == len(estimate.sources) else ()
+
+
+def each_at_hand(estimate: EstimatedModel, given: Sequence[Recording] = ()) -> tuple[Recording | None, ...]:
+    """Each recording that a model was fitted to: with the estimate itself, among those ``given``, or as a file that has not changed
+    since; None for one that is not at hand."""
     here = {recording.sha256: recording for recording in (*estimate.fitted, *given)}
-    for source in estimate.sources:
-        recording = here.get(source.sha256) or _read_again(estimate, source)
-        if recording is None:
-            return ()
-        found.append(recording.with_default_drive_gains(estimate.drive_gains))
-    return tuple(found)
+    found = [here.get(source.sha256) or _read_again(estimate, source) for source in estimate.sources]
+    return tuple(one and one.with_default_drive_gains(estimate.drive_gains) for one in found)
 
 
 def _read_again(estimate: EstimatedModel, source: Source) -> Recording | None:
