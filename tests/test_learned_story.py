@@ -125,6 +125,9 @@ def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.R
         ("coupled_friction", "learned_velocity", False),
         ("friction_level", "learned_velocity", False),
         ("joint_spring", "learned_position", True),
+        ("joint_spring", "torque_offset", True),  # where it is relaxed
+        ("joint_spring", "viscous_friction", False),
+        ("torque_ripple", "torque_offset", False),
     ],
 )
 def test_a_law_and_a_curve_of_one_quantity_are_one_torque(law: str, curve: str, one: bool) -> None:

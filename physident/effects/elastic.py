@@ -20,7 +20,10 @@ PASSBAND = 1.5  # times the cutoff of the common filter: more would only add twi
 
 @dataclass(frozen=True)
 class JointSpring(Effect):
-    """tau_j = K_j q_j: a spring or a cable bundle that pulls the joint to zero; K in N m/rad. Cone: K >= 0."""
+    """tau_j = K_j q_j: a spring or a cable bundle that pulls the joint to zero; K in N m/rad. Cone: K >= 0.
+
+    One that is relaxed at r has the torque_offset -K_j r beside it.
+    """
 
     name: ClassVar[str] = "joint_spring"
     unit: ClassVar[str] = "N m/rad"

@@ -18,6 +18,7 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.stability.half_search import search_half
 from physident.diagnosis.statistics.stored_products import Key, store_products
+from physident.effects.learned.one_torque import is_curve_of
 from physident.identifiability.visibility import VISIBLE
 from physident.processes import mapped
 
@@ -35,8 +36,8 @@ def stability_of(
     checks: Sequence[RivalCheck],
     stands_for: Mapping[Key, Key] = MappingProxyType({}),
 ) -> dict[Key, float | None]:
-    """For each accepted effect the share of 20 searches on halves that find it, a rival, a larger law that contains it, or what it ``stands_for``; None for a contact, which belongs to
-    one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
+    """For each accepted effect the share of 20 searches on halves that find it, a rival, a larger law that contains it, a learned curve of its
+    torque, which a half is too short to tell from a law, or what it ``stands_for``; None for a contact, which belongs to one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
     too short to be halved. Halves are searched for what the ``first`` scores could see."""
     hypothesis = last.hypothesis
     result: dict[Key, float | None] = {check.accepted.candidate.key: None for check in checks}
@@ -63,8 +64,13 @@ def stability_of(
     for check in checks:
         key = check.accepted.candidate.key
         same = {key, stands_for.get(key, key), *(other.key for other in (*check.rivals, *check.same, *check.larger))}
-        result[key] = sum(bool(same & keys) for keys in found) / len(found)
+        result[key] = sum(bool(same & keys) or _as_a_curve(key, keys) for keys in found) / len(found)
     return result
+
+
+def _as_a_curve(key: Key, found: Collection[Key]) -> bool:
+    """Whether a half found a learned curve of a joint's torque in the place of its law."""
+    return any(joints == key[1] and is_curve_of(name, key[0]) for name, joints in found)
 
 
 def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Key]:
