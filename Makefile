@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS := 1
 STAMP := $(VENV)/.installed
 DOCS_STAMP := $(VENV)/.installed_docs
 
-.PHONY: demo test lint types suite studies docs wheel pythons lowest clean
+.PHONY: demo test lint types suite slow studies docs wheel pythons lowest clean
 
 demo: $(STAMP)
 	$(BIN)/physident demo
@@ -23,7 +23,10 @@ types: $(STAMP)
 	$(BIN)/basedpyright
 
 suite: $(STAMP)
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m "not slow"
+
+slow: $(STAMP)
+	$(BIN)/pytest -n 2 -m slow
 
 studies: $(STAMP)
 	for study in $$(grep -l '^# fast' studies/*/run.py); do echo "== $$study"; $(BIN)/python $$study || exit 1; done

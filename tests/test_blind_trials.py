@@ -15,6 +15,8 @@ import pytest
 
 from studies.blind_trials import arms, run, trial
 
+pytestmark = pytest.mark.slow
+
 GROUP = 9
 NAMED = {2: "missing strong", 4: "different middle"}  # trials by what they ask and how visible it is
 WEAK, INVISIBLE, PAIR = 6, 9, run.PAIRS_FROM + 1

@@ -14,6 +14,8 @@ from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.plant.laws import Dry
 
+pytestmark = pytest.mark.slow
+
 JOINT = 3
 CHANGE = 0.5  # of the value from before
 

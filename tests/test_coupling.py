@@ -27,6 +27,8 @@ from tests.plant import Arm, hide, multisine
 from tests.plant.laws import Dry
 from tests.serial_arms import make_arm
 
+pytestmark = pytest.mark.slow
+
 SEEDS = (61, 63)
 PAIR = (5, 6)
 

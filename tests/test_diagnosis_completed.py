@@ -16,6 +16,8 @@ from physident.estimation.identify import prepare_all
 from tests.opened import opened
 from tests.searched_once import searched_once
 
+pytestmark = pytest.mark.slow
+
 RIPPLED, HEAVIER = 3, 2  # joints, from 1
 ORDER = 8  # nearly three periods of the ripple in the 2.1 rad that the first two recordings cover: fewer than two are any curve
 

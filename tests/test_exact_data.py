@@ -18,6 +18,8 @@ from tests.plant import multisine
 from tests.plant_mujoco import MujocoPlant
 from tests.truth import ArmTruth, FrictionTruth
 
+pytestmark = pytest.mark.slow
+
 COULOMB = np.array([7.7, 8.3, 7.8, 1.4, 2.0, 2.1])
 VISCOUS = np.array([9.0, 9.0, 6.0, 2.5, 2.0, 1.5])
 ROTOR = np.array([1.2, 1.2, 0.9, 0.21, 0.21, 0.21])

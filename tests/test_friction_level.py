@@ -15,6 +15,8 @@ from physident.effects.scales.shared_scale import UNEVEN
 from physident.testing import check_effect
 from tests.plant import Arm, Sensors, hide, multisine, record
 
+pytestmark = pytest.mark.slow
+
 FALL = np.array([0.11, 0.16, 0.14, 0.12, 0.15, 0.13])  # of each joint's friction: no two joints warm alike
 RUBBED = 3
 QUIET = Sensors()

@@ -11,6 +11,8 @@ import physident as pid
 from physident.effects.hysteresis import PreslidingHysteresis
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 LEVEL, MORE = 2.0, 0.8  # N m on joint 1, and how much is added
 ORDINARY = ("rigid_body", "viscous_friction", "coulomb_friction")
 YIELD = (0.004, 0.008, 0.012, 0.016)  # rad: where each of the sliders in parallel gives way

@@ -14,6 +14,8 @@ from physident.effects.scales.friction_level import FrictionLevel
 from physident.testing import check_effect
 from tests.serial_arms import ARMS, swung, urdf
 
+pytestmark = pytest.mark.slow
+
 COLDER = 0.25
 SATURATES = np.array([0.5, 0.3])  # rad/s at which the drag of oil is half of what it was on the way to
 DRAG, DRY = np.array([7.0, 4.0]), np.array([1.5, 0.8])  # N m s/rad at standstill, N m

@@ -10,6 +10,8 @@ import physident as pid
 from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 
+pytestmark = pytest.mark.slow
+
 LATE = 0.012  # s
 
 

@@ -16,6 +16,8 @@ from physident.identifiability.base_parameters import random_motion
 from physident.recordings.signals import Signals
 from tests.followed import followed
 
+pytestmark = pytest.mark.slow
+
 PLACE, WIDTH, HEIGHT = 0.2, 0.2, 3.0  # rad, rad, N m: of the curve that the simulated arm has on its third joint
 
 

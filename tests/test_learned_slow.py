@@ -15,6 +15,8 @@ from physident.diagnosis.rivals.same_torque import same_torque
 from physident.estimation.identify import prepare_all
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 Array = np.ndarray
 TIME = np.arange(0.0, 20.0, 0.01)
 STIFFNESS, PLACE = (

@@ -11,6 +11,8 @@ import physident as pid
 from physident.effects.learned.one_torque import are_one_torque
 from tests.followed import followed
 
+pytestmark = pytest.mark.slow
+
 BUMP, SWELL = (
     3.0,
     5.0,

@@ -23,6 +23,8 @@ from studies.open_world_second.usual import slides
 from studies.open_world_second.world import SecondWorld
 from tests.truth import ArmTruth, Disturbance, Motion
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "studies" / "open_world_second"

@@ -25,6 +25,8 @@ from studies.open_world.trial import Kind, Scene, Trial, outside_of, parts, scen
 from tests.plant import open_plant
 from tests.plant_mujoco import plant as mujoco_plant
 
+pytestmark = pytest.mark.slow
+
 GROUP = 9
 DURATION = 6.0  # s
 # kind, number, arm, question: two singles, a pair and a cause from outside on each plant's arms, even ones before pinocchio

@@ -14,6 +14,8 @@ import physident as pid
 from tests.conftest import ROOT
 from tests.test_tutorial import OPTIMA, close, compared, form, script
 
+pytestmark = pytest.mark.slow
+
 FOLDER = ROOT / "docs" / "tutorials"
 OWN_TEST = ("first-diagnosis.md", "your-own-effect.md")  # pages that other tests play
 PLAYED = {path: names for path, names in script().pages().items() if path.name not in OWN_TEST}

@@ -20,6 +20,8 @@ from physident.estimation.results.fitted import fitted_recordings
 from tests.bags import write_bag
 from tests.plant import Arm, Contact, Sensors, hide, multisine, record
 
+pytestmark = pytest.mark.slow
+
 MOTIONS = (71, 73, 75)
 CHANGE = ("viscous_friction", 3, 2.5)  # N m s a rad: an eighth of the torque of joint 3
 

@@ -23,6 +23,8 @@ from physident.simulation.integrate import integrate
 from physident.simulation.simulate import Simulation
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("rigid_body", "rotor_inertia", "viscous_friction", "coulomb_friction", "torque_offset")
 SIMULATORS = ("mujoco", "physident")
 SHORT, LONG = 5.0, 10.0  # s: a replay from every state takes as long as there are states

@@ -18,6 +18,8 @@ from physident.testing import check_effect
 from tests.made_once import made_once
 from tests.plant import Arm, hide, multisine
 
+pytestmark = pytest.mark.slow
+
 EVEN = np.full(6, 1.2)
 UNEVEN = np.array([1.17, 1.22, 1.2, 1.25, 1.19, 1.21])  # no two amplifiers err alike
 THREE = np.array([1.2, 1.2, 1.2, 1.0, 1.0, 1.0])
