@@ -228,6 +228,9 @@ def test_a_contact_is_judged_while_it_lasts(
     monkeypatch.setattr(grades, "without", lambda *_: rest)
     contact = finding(1.0, 0.995, effect="contact", joints=(), intervals=((2.0, 3.0),), recording="a")
     assert graded(complete, [contact], level(np.full(2, 0.01)))[0].grade == expected
+    # no other block of time shows a contact: that some blocks fare worse with it says nothing
+    once = replace(contact, gain=replace(contact.gain, interval95=(-1.0, 9.0)))
+    assert graded(complete, [once], level(np.full(2, 0.01)))[0].grade == expected
     whole = replace(contact, gain=replace(contact.gain, rms_after=0.5))  # all that the recording shows is the contact
     assert graded(complete, [whole], level(np.full(2, 0.01)))[0].grade == (
         "cause" if (forces, memory) == (3, 2.0) else "contribution"

@@ -117,10 +117,21 @@ def test_joints_and_effects_read_as_sentences() -> None:
     )
 
 
+def replace_gain(finding: Any, interval: tuple[float, float]) -> Any:
+    return SimpleNamespace(**{**vars(finding), "gain": SimpleNamespace(interval95=interval)})
+
+
 def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
-    """Only where no finding is a cause; what is doubted is never said there."""
+    """Only where no finding is a cause; what is doubted, or left-out rows may be predicted as well without, is never said there."""
     findings: Any = (
-        SimpleNamespace(effect=effect, joints=joints, grade=grade, intervals=(), rivals=rivals)
+        SimpleNamespace(
+            effect=effect,
+            joints=joints,
+            grade=grade,
+            intervals=(),
+            rivals=rivals,
+            gain=SimpleNamespace(interval95=(1, 2)),
+        )
         for effect, joints, grade, rivals in (
             ("time_delay", (), "contribution", [SimpleNamespace(effect="payload", joints=(), inseparable=False)]),
             ("payload", (), "hint", ()),
@@ -137,6 +148,8 @@ def test_what_is_proved_and_is_no_cause_is_said_in_the_headline() -> None:
         "time delay or payload or joint spring on joint 1 or others."
     )
     assert headline("missing", "unexplained", [doubted]) == headline("missing", "unexplained", ())
+    unproved = replace_gain(part, (-0.1, 3.0))
+    assert headline("missing", "unexplained", [unproved]) == headline("missing", "unexplained", ())
     assert "time delay" not in headline("missing", "explained", [part, found])
 
 
@@ -151,7 +164,7 @@ def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
 
 
 def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
-    part: Any = SimpleNamespace(grade="contribution")
+    part: Any = SimpleNamespace(grade="contribution", intervals=(), gain=SimpleNamespace(interval95=(1, 2)))
     plain, old, compared = (
         remainder_sentence("nothing_missing", (), *how, as_own=False)
         for how in ((False, False), (True, False), (False, True))

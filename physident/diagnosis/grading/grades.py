@@ -129,7 +129,7 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     against = {
         HALF_ITS_SHAPE: share.takes <= enough * share.leaves,
-        UNSURE: finding.gain.interval95[0] <= 0,
+        UNSURE: finding.gain.interval95[0] <= 0 and not finding.intervals,  # no other block knows of a contact
         UNNOTICED: shown <= least,
         BEYOND: beyond,
         HOLDS_ZERO if problem.question == "missing" else HOLDS_OLD: open_values,

@@ -167,8 +167,9 @@ def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool,
 
 
 def parts_of(findings: Sequence[Finding]) -> list[Finding]:
-    """The contributions, where no finding is a cause: proved, and not the most of any joint's error."""
-    lesser = [f for f in findings if f.grade == "contribution"]
+    """The contributions, where no finding is a cause: proved, and not the most of any joint's error. What left-out rows may be predicted as
+    well without is not proved; no other row knows of a contact."""
+    lesser = [f for f in findings if f.grade == "contribution" and (f.intervals or f.gain.interval95[0] > 0)]
     return [] if any(f.grade == "cause" for f in findings) else lesser
 
 

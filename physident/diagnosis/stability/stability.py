@@ -18,7 +18,7 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.stability.half_search import search_half
 from physident.diagnosis.statistics.stored_products import Key, store_products
-from physident.effects.learned.one_torque import is_curve_of
+from physident.effects.learned.one_torque import are_one_torque, is_curve_of
 from physident.identifiability.visibility import VISIBLE
 from physident.processes import mapped
 
@@ -64,13 +64,14 @@ def stability_of(
     for check in checks:
         key = check.accepted.candidate.key
         same = {key, stands_for.get(key, key), *(other.key for other in (*check.rivals, *check.same, *check.larger))}
-        result[key] = sum(bool(same & keys) or _as_a_curve(key, keys) for keys in found) / len(found)
+        laws = [key[0], *(name for name, joints in result if joints == key[1] and are_one_torque(name, key[0]))]
+        result[key] = sum(bool(same & keys) or _as_a_curve(laws, key[1], keys) for keys in found) / len(found)
     return result
 
 
-def _as_a_curve(key: Key, found: Collection[Key]) -> bool:
-    """Whether a half found a learned curve of a joint's torque in the place of its law."""
-    return any(joints == key[1] and is_curve_of(name, key[0]) for name, joints in found)
+def _as_a_curve(laws: Sequence[str], joints: tuple[int, ...], found: Collection[Key]) -> bool:
+    """Whether a half ``found`` a learned curve in the place of a law of some joints, or of several ``laws`` that are one torque."""
+    return any(where == joints and is_curve_of(name, law) for name, where in found for law in laws)
 
 
 def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Key]:

@@ -30,6 +30,8 @@ def are_one_torque(first: str, second: str) -> bool:
 
 
 def is_curve_of(curve: str, law: str) -> bool:
-    """Whether the first effect of a joint, by its name, is a learned curve of the torque that the second, a ``law``, is a part of."""
-    learned = [name in CATALOGUE and CATALOGUE[name].family is Family.LEARNED for name in (curve, law)]
-    return learned == [True, False] and are_one_torque(curve, law)
+    """Whether the first effect of a joint, by its name, is a learned curve over the quantity that the second, a ``law``, is of."""
+    one, other = (CATALOGUE.get(name) for name in (curve, law))
+    if one is None or other is None or one.family is not Family.LEARNED or other.family is Family.LEARNED:
+        return False
+    return one.variable is not None and one.variable == other.variable
