@@ -200,7 +200,8 @@ def _own_and_control(
 
 def _lost(missing: Sequence[str]) -> str:
     names = f"{missing[0]} and {len(missing) - 1} others" if len(missing) > 2 else " and ".join(missing)
+    it = "it" if len(missing) == 1 else "them"
     return (
-        f"{names}: the model was fitted to {'it' if len(missing) == 1 else 'them'}, but no such recording is at hand unchanged, so that what"
-        " the model always lacked cannot be told from a change; put it back, or pass it with --before (in Python, before=[...])"
+        f"{names}: the model was fitted to {it}, but no such recording is at hand unchanged, so that what the model always lacked"
+        f" cannot be told from a change; put {it} back, or pass {it} with --before (in Python, before=[...])"
     )
