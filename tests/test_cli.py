@@ -68,6 +68,7 @@ def test_help_and_base_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("36 base parameters of 60")
 
 
+@pytest.mark.slow
 def test_the_demo_names_what_it_hid_and_reveals_it(tmp_path: Path) -> None:
     from physident.demo.run import run_demo
 

@@ -16,6 +16,8 @@ from physident.identifiability.base_parameters import random_motion
 from tests.conftest import ROOT
 from tests.test_house import PACKAGE, script
 
+pytestmark = pytest.mark.slow
+
 TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 NAME = "lubricant_friction"
 

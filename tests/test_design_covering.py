@@ -16,6 +16,8 @@ from physident.excitation.criterion.covering import Covering
 from physident.excitation.design_covering import _continued, _curves, _random_states
 from physident.excitation.task import task_of
 
+pytestmark = pytest.mark.slow
+
 QUICK: dict[str, Any] = {"limits": "joint", "harmonics": 3, "starts": 1, "generations": 8, "seed": 3}
 NOISE = 0.3  # N m
 

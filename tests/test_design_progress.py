@@ -22,6 +22,8 @@ from physident.excitation.search.search import _later_solutions
 from physident.excitation.task import CHECKED, task_of
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 GENERATIONS = 4
 
 

@@ -13,6 +13,8 @@ from physident.processes import VARIABLE
 from tests.serial_arms import ARMS, urdf
 from tests.test_friction_level_of_bristles import LEVEL, MORE, ORDINARY, recorded
 
+pytestmark = pytest.mark.slow
+
 DURATION = 16.0  # s: so that every signal still takes more than one block
 BLOCK = 256  # rows: a recording of the test has some hundreds after the filter
 

@@ -28,6 +28,8 @@ from tests.searched_once import searched_once
 from tests.serial_arms import ARMS, urdf
 from tests.test_friction_level_of_bristles import LEVEL, recorded
 
+pytestmark = pytest.mark.slow
+
 PATCHWORK = tuple(("link_inertia", (link,)) for link in (3, 4, 5))
 
 

@@ -9,6 +9,8 @@ import pytest
 
 import physident as pid
 
+pytestmark = pytest.mark.slow
+
 LEVEL = 8.0  # N m
 
 

@@ -90,6 +90,7 @@ def test_chance_exceeds_the_limit_as_often_as_stated(count: int, memory: float) 
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5])
+@pytest.mark.slow
 def test_histories_without_a_change_alarm_no_more_often_than_stated(tmp_path: Path, memory: float) -> None:
     """Forty arms over two years at a rate of 0.1: eight false alarms at most are expected."""
     drift = find_drift(fleet(tmp_path, *drawn(6, 40, 73, memory)), rate=0.1)

@@ -13,6 +13,8 @@ from physident.estimation.results.fitted import fitted_recordings
 from physident.recordings.columns.reading import Reading
 from tests.plant import Arm, Sensors, multisine, record
 
+pytestmark = pytest.mark.slow
+
 COLUMNS = "time=0,q=1:7,dq=7:13,tau=13:19"
 
 

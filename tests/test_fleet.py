@@ -100,6 +100,7 @@ def test_a_known_change_is_measured(tmp_path: Path, robot: Robot, change: dict, 
     assert found.low < found.value < found.high
 
 
+@pytest.mark.slow
 def test_only_new_files_are_worked_on_and_a_broken_one_is_a_row(tmp_path: Path, robot: Robot, runs: Path) -> None:
     out, every = tmp_path / "fleet", [str(runs / "*" / "*.csv")]
     part = [str(runs / "arm1" / "2026-03-01.csv"), str(runs / "arm1" / "2026-03-02.csv")]

@@ -103,6 +103,7 @@ def test_file_and_callback_are_the_whole_model() -> None:
     assert urdf_of(model).folded == mjcf_of(model).held.folded
 
 
+@pytest.mark.slow
 def test_both_simulators_have_the_same_friction() -> None:
     model = bent(6)
     model = replace(model, theta=np.concatenate([model.robot.nominal, model.theta[60:]]))

@@ -14,6 +14,8 @@ from physident.export.symbolic import symbolic_model
 from physident.identifiability.base_parameters import random_motion
 from tests.followed import followed
 
+pytestmark = pytest.mark.slow
+
 PLACE, WIDTH, HEIGHT, SLOW = 0.2, 0.2, 4.0, 0.22  # rad, rad, N m, rad/s
 
 

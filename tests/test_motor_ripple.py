@@ -18,6 +18,8 @@ from physident.effects.catalogue import effect_from_dict
 from physident.estimation.identify import prepare_all
 from tests.plant import Arm, Drives, Ripple, Sensors, multisine, record
 
+pytestmark = pytest.mark.slow
+
 PAIRS = 5  # of poles: an offset of the current sensor makes as many periods in a turn of the motor
 SIZE, PHASE = 2.5, 0.7  # N m, rad
 JOINT = 6  # nearly all its torque is friction

@@ -18,6 +18,8 @@ from tests.bad_input.good import URDF
 from tests.followed import follow_exactly
 from tests.test_how_to import played
 
+pytestmark = pytest.mark.slow
+
 FAST = ["--minutes", "1", "--limits", "joint", "--pool", "6"]
 SENSORS = {"schema": "physident.sensors/1", "torque_noise": 0.05, "velocity_noise": 1e-4}
 

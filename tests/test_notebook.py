@@ -83,6 +83,7 @@ def test_scores_and_gains_show_each_joint(estimate: pid.Estimate, runs: list[pid
     assert "verdict: the second model is" in table(gain).text
 
 
+@pytest.mark.slow
 def test_a_diagnosis_shows_its_findings_and_is_a_frame(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
     pytest.importorskip("pandas", reason="pandas is not installed")
     diagnosis = pid.diagnose_motion(estimate, [runs[0]])
@@ -99,6 +100,7 @@ def test_a_diagnosis_shows_its_findings_and_is_a_frame(estimate: pid.Estimate, r
     assert list(nothing.to_frame().columns) == list(frame.columns)
 
 
+@pytest.mark.slow
 def test_a_design_shows_its_margins(ur5: pid.Robot) -> None:
     design = pid.design_trajectory(ur5, seed=1, limits="joint")
     rows = table(design).rows

@@ -11,6 +11,8 @@ import pytest
 from tests.conftest import ROOT
 from tests.test_tutorial import OPTIMA, close, compared, form
 
+pytestmark = pytest.mark.slow
+
 FOLDER = ROOT / "docs" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 RUN = "run docs/notebooks/run.py"

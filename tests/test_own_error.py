@@ -14,6 +14,8 @@ from physident.estimation.identify import prepare_all
 from physident.validation.predictions import predict
 from tests.serial_arms import ARMS, swung, urdf
 
+pytestmark = pytest.mark.slow
+
 OWN, NEW = 4, 2  # recordings
 
 

@@ -12,6 +12,8 @@ import physident as pid
 from tests.conftest import UR10E_COLUMNS, UR10E_GAINS
 from tests.plant import Arm, hide, multisine, point_to_point, record
 
+pytestmark = pytest.mark.slow
+
 MASS = 2.6
 JOINTS = (1, 2, 3, 4, 5, 6)
 

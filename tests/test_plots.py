@@ -62,6 +62,7 @@ def test_compare_draws_what_either_model_leaves(folder: Path, drawn: list[Any]) 
     assert figure.axes[-1].get_xlabel().endswith("[s]")
 
 
+@pytest.mark.slow
 def test_diagnose_draws_its_answer_on_what_nobody_fitted(folder: Path, drawn: list[Any]) -> None:
     out, data = folder / "diagnose.svg", folder / "d.json"
     command = ["diagnose", "--model", str(folder / "before.json"), str(folder / "one.csv")]

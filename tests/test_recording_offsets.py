@@ -10,6 +10,8 @@ import pytest
 import physident as pid
 from tests.plant import Arm
 
+pytestmark = pytest.mark.slow
+
 JOINT = 2
 DRIFT = 2.0  # N m
 

@@ -9,6 +9,8 @@ import pytest
 import physident as pid
 from tests.plant import Arm, Sensors, hide, multisine, record
 
+pytestmark = pytest.mark.slow
+
 JOINT, STIFFNESS, RELAXED = 1, 12.0, 0.5  # N m/rad, rad
 
 

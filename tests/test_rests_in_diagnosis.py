@@ -19,6 +19,8 @@ from tests.plant_mujoco.expected import PLANT
 from tests.plant_mujoco.samples import sample
 from tests.truth import ArmTruth
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 RATE = 125.0  # Hz
 MOVE, PAUSE = 1.2, 1.3  # s

@@ -16,6 +16,8 @@ from tests.plant import Arm, Drives, Ripple, Sensors, hide, multisine, record
 from tests.plant.laws import Bristle
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 RUBS, OIL = 0.5, 1.0  # N m, N m s/rad
 PER_LOAD, GROWS = 0.4, 0.85  # N m of friction for a N m that a joint carries, and the power by which it grows with that
 

@@ -51,6 +51,7 @@ def good(ur5: pid.Robot) -> pid.Recording:
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(length=st.floats(0.1, 5.0))
+@pytest.mark.slow
 def test_any_length_is_judged_or_refused_by_name(
     length: float, ur5: pid.Robot, estimate: pid.Estimate, good: pid.Recording
 ) -> None:

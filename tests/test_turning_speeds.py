@@ -25,6 +25,8 @@ from tests.made_once import STEP
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.serial_arms import ARMS, urdf
 
+pytestmark = pytest.mark.slow
+
 SLIP = 0.003  # rad
 LEVELS = (8.0, 8.0, 5.0, 1.5, 1.5, 1.5)  # N m of friction that builds up over the slip
 

@@ -13,6 +13,8 @@ import pytest
 import physident as pid
 from tests.conftest import ROOT
 
+pytestmark = pytest.mark.slow
+
 PAGE = ROOT / "docs" / "tutorials" / "first-diagnosis.md"
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 # lines whose numbers and order rounding decides, and one that a busy machine prints

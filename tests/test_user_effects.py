@@ -49,6 +49,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     pid.CATALOGUE.pop(NAME, None)
 
 
+@pytest.mark.slow
 def test_the_tutorial_prints_what_it_says(tmp_path: Path) -> None:
     text = PAGE.read_text(encoding="utf-8")
     try:
