@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.learned.describe import curve_in_words, largest_value
 from physident.diagnosis.learned.nearest_law import nearest_law
 from physident.diagnosis.problem.candidates import AcceptedEffect
+from physident.diagnosis.result.contact_force import strongest_push
 from physident.diagnosis.result.findings import ParameterValue
 from physident.diagnosis.result.wording import listed
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -87,6 +88,7 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
         if isinstance(one.effect, Contact):
             never = [f"F{axis}" for axis, each in zip("xyz", _unfelt(hypothesis, at).T, strict=True) if each.all()]
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
+    sentences.append(strongest_push(hypothesis, accepted))
     return " ".join(filter(None, dict.fromkeys(sentences)))  # two contacts say the same
 
 
