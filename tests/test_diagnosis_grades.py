@@ -155,6 +155,9 @@ VAGUE = ParameterValue(
 def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:
     one = finding(2.0, 0.5, parameters=(VAGUE,))
     assert (grade(one), grade(one, controlled=True)) == ("contribution", "cause")
+    of = hypothesis()
+    of.problem.all_compared = True  # which the control is not asked about
+    assert graded(of, [one], level(NOISE), controlled=True)[0].grade == "contribution"
 
 
 def test_what_is_sure_of_none_of_its_values_makes_no_cause_though_a_control_says_so() -> None:

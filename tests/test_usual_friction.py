@@ -1,4 +1,4 @@
-"""Friction of a repeated motion that differs by no more than between healthy recordings is no change; more than that is one."""
+"""Friction that differs by no more than between healthy recordings is no change; more than that is one."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.grading.grades import expected_error
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.problem import state_problem
-from physident.diagnosis.repeated.usual_friction import UsualFriction, friction_values
+from physident.diagnosis.remainder.unexplained import describe_unexplained
+from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, state_hypothesis
 from physident.diagnosis.statistics.intervals import uncertainty_of
+from physident.diagnosis.usual.as_usual import differ_as_usual, friction_of_the_day
+from physident.diagnosis.usual.usual_friction import UsualFriction, friction_values
 from physident.estimation.identify import prepare_all
+from physident.estimation.results.fitted import fitted_recordings
 from tests.serial_arms import ARMS, swung, urdf
 
 DRY, DRAG = np.array([1.8, 0.9]), np.array([3.5, 1.6])  # N m, N m s/rad
@@ -62,7 +67,7 @@ def model(robot: pid.Robot, tmp_path_factory: pytest.TempPathFactory) -> pid.Est
 def test_it_knows_by_how_much_healthy_recordings_differ(robot: pid.Robot, model: pid.Estimate) -> None:
     """Against the scatter of the levels that were drawn, of as many joints and recordings."""
     own = [pid.load_recording(source.path) for source in model.sources]
-    found = UsualFriction.of(model.model, prepare_all(robot, own, model.filter), model.filter, 1, 1)
+    found = UsualFriction.of(model.model, prepare_all(robot, own, model.filter), model.filter, 1)
     drawn = np.array([daily(k, DAILY) for k in range(BEFORE)])
     deviation = float(np.sqrt(drawn.var(axis=0, ddof=1).mean()))
     quantile = 2.75  # of Student's t for 0.05 / 4 and eight degrees of freedom, from a table
@@ -72,7 +77,7 @@ def test_it_knows_by_how_much_healthy_recordings_differ(robot: pid.Robot, model:
 def test_more_than_a_tenth_is_never_usual(robot: pid.Robot, tmp_path: Path) -> None:
     wild = healthy(robot, tmp_path, 0.3)
     own = [pid.load_recording(source.path) for source in wild.sources]
-    found = UsualFriction.of(wild.model, prepare_all(robot, own, wild.filter), wild.filter, 1, 1)
+    found = UsualFriction.of(wild.model, prepare_all(robot, own, wild.filter), wild.filter, 1)
     assert found.joint == found.arm == 0.1
 
 
@@ -147,3 +152,53 @@ def test_a_value_is_as_uncertain_as_the_friction_of_the_day_moves_it(robot: pid.
     assert np.sqrt(unsure - known) == pytest.approx(
         abs(again.effect_values[0][0] - state.effect_values[0][0]), rel=0.02
     )
+
+
+def judged_along_another_motion(model: pid.Estimate, level: float, names: list[str]) -> list[str]:
+    """Which of some effects of the second joint, all accepted, are no more than usual where its friction has a ``level`` now: a joint of a
+    healthy arm differs by at most 7 %."""
+    signals = prepare_all(model.model.robot, [recorded(60, 61, np.array([1.0, level]))], model.filter)
+    problem = state_problem("different", model, signals, model.filter, 0)
+    accepted = []
+    for name in names:
+        (one,) = (c for c in problem.candidates if c.key == (name, (2,)))
+        effect = one.options[0].effect
+        assert effect is not None
+        accepted.append(AcceptedEffect(one, effect))
+    usual = UsualFriction(joint=0.07, arm=0.07, offset=0.02, spread=0.025, offset_spread=0.007, recordings=BEFORE)
+    return [name for name, _ in differ_as_usual(settled_hypothesis(problem, accepted), usual)]
+
+
+@pytest.mark.parametrize("names", [["viscous_friction"], ["nonlinear_viscous_friction", "viscous_friction"]])
+def test_along_another_motion_all_that_bends_friction_is_held_against_the_day_together(
+    model: pid.Estimate, names: list[str]
+) -> None:
+    """What the laws and the model's own friction make of it together is as usual as one number is."""
+    assert judged_along_another_motion(model, 1.05, names) == names
+    assert judged_along_another_motion(model, 1.25, names) == []
+
+
+def test_along_another_motion_a_torque_that_no_friction_makes_is_never_usual(model: pid.Estimate) -> None:
+    assert judged_along_another_motion(model, 1.0, ["torque_offset", "joint_spring"]) == []
+
+
+def test_what_friction_wanders_by_along_a_repeated_motion_is_not_left_by_a_cause(
+    robot: pid.Robot, model: pid.Estimate
+) -> None:
+    """Against the friction that was simulated: a right model leaves the usual share of its RMS."""
+    own = prepare_all(robot, list(fitted_recordings(model)), model.filter)
+    now = recorded(0, 71, np.ones(2))
+    signals = prepare_all(robot, [now], model.filter)
+    comparison = compare_with_control(model.model, signals, own)
+    problem = state_problem("different", model, comparison.signals, model.filter, 0, comparison=comparison)
+    assert problem.all_compared
+    state = settled_hypothesis(problem, ())
+    usual = UsualFriction(joint=0.1, arm=0.1, offset=0.1, spread=0.08, offset_spread=0.0, recordings=BEFORE)
+    rest = describe_unexplained(state)
+    alone, beside = (
+        expected_error(state, model, None, rest, wander) for wander in (None, friction_of_the_day(state, usual))
+    )
+    assert now.dq is not None
+    friction = np.sqrt(np.mean((DRY * np.sign(now.dq) + DRAG * now.dq) ** 2, axis=0))
+    np.testing.assert_allclose(np.sqrt(beside.right**2 - alone.right**2), 0.08 * friction, rtol=0.1)
+    np.testing.assert_array_equal(beside.usual, alone.usual)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,11 +44,12 @@ def graded_beside_what_stays(
     wander: Columns | None = None,
     from_currents: bool = False,
     hints: Sequence[Finding] = (),
+    pushed_as_usual: Collection[str] = (),
 ) -> Graded:
     """The accepted effects as findings, graded without the hints, which the extended model does not carry: a hint takes up no part of a
     cause.
 
-    ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
+    ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
     """
     problem, hypothesis = hypothesis.problem, without(hypothesis, hints)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
@@ -57,8 +58,8 @@ def graded_beside_what_stays(
         uncertainty, unexplained = uncertainty_of(hypothesis, wander), describe_unexplained(hypothesis)
         found = make_findings(hypothesis, stays, uncertainty, from_currents, trust, alike)
         floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
-        expected = expected_error(hypothesis, estimate, floor, unexplained)
-        findings = graded(hypothesis, with_changes(found, sizes), expected, controlled)
+        expected = expected_error(hypothesis, estimate, floor, unexplained, wander)
+        findings = graded(hypothesis, with_changes(found, sizes), expected, controlled, pushed_as_usual)
         doubtful = [finding for finding in findings if finding.grade == "hint"]
         doubted = [finding for finding in doubtful if finding.doubts != (NEEDLESS,)]
         leaving = doubted or sorted(doubtful, key=lambda finding: finding.evidence)[:1]

@@ -19,13 +19,6 @@ from physident.diagnosis.grading.members import members, with_changes, with_valu
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.unexplained import Unexplained, beside_own, describe_unexplained
-from physident.diagnosis.repeated.usual_friction import (
-    UsualChange,
-    differ_as_usual,
-    friction_of_the_day,
-    usual_friction,
-    usual_in_words,
-)
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
@@ -39,6 +32,14 @@ from physident.diagnosis.stability.doubts import trust_in
 from physident.diagnosis.stability.trust import with_doubt
 from physident.diagnosis.statistics.intervals import Uncertainty, uncertainty_of
 from physident.diagnosis.statistics.stored_products import Key
+from physident.diagnosis.usual.as_usual import (
+    UsualChange,
+    differ_as_usual,
+    friction_of_the_day,
+    usual_friction,
+    usual_in_words,
+)
+from physident.diagnosis.usual.usual_push import pushed_as_usual
 from physident.estimation.estimate import Estimate
 
 
@@ -66,7 +67,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     sizes = sizes_of_changes(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}
     known = usual_friction(hypothesis, asked.control_signals, len(partners))
-    usual = differ_as_usual(hypothesis, known, len(asked.control_signals))
+    usual = differ_as_usual(hypothesis, known)
     wander = friction_of_the_day(hypothesis, known)
     sizes |= dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
@@ -78,6 +79,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         estimate=asked.estimate,
         controlled=bool(asked.control),
         wander=wander,
+        pushed_as_usual=pushed_as_usual(hypothesis, asked.estimate, asked.control_signals, are_fitted=not asked.before),
         from_currents=any(recording.effort_kind == "current" for recording in asked.recordings),
     )
     found = grade(trust)

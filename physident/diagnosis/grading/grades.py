@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, weighted_rows, where_it_shows, without
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.search.forward_search import HANDFUL
@@ -22,6 +23,7 @@ NOTICED = 0.05  # of the power of what the model errs by on a joint: below on al
 NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best of many
 SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
+AS_HEALTHY = "what the model errs by along healthy recordings looks like such a push, too"
 HALF_ITS_SHAPE = "along repeated motions a cause takes twice what it leaves: another law may fit better"
 UNSURE = "left-out rows may be predicted as well without it"  # beside what was found later, less is left for it than when it was accepted
 UNNOTICED = "it is small beside what the model errs by anyway"
@@ -42,11 +44,15 @@ class ExpectedError:
 
 
 def expected_error(
-    hypothesis: Hypothesis, estimate: Estimate | None, noise_floor: Array | None, unexplained: Sequence[Unexplained]
+    hypothesis: Hypothesis,
+    estimate: Estimate | None,
+    noise_floor: Array | None,
+    unexplained: Sequence[Unexplained],
+    wander: Columns | None = None,
 ) -> ExpectedError:
     """Noise of the torque, what does not repeat, and, where the question is what changed, what the model left on its own
     recordings. Where all recordings are compared that was taken off, and is only what is usual; what remains ``unexplained`` there
-    without more memory than noise does not repeat either."""
+    without more memory than noise does not repeat either, nor does what friction and offsets ``wander`` by from day to day."""
     problem = hypothesis.problem
     white = []
     for signals in problem.signals:
@@ -63,18 +69,31 @@ def expected_error(
     if not problem.all_compared:
         return ExpectedError(right=usual, usual=usual)
     unrepeated = np.array([0.0 if one.structured else one.rms for one in unexplained])
-    return ExpectedError(right=np.maximum(noise, unrepeated), usual=usual)
+    of_the_day = np.zeros(len(noise))
+    if wander is not None:
+        rows = np.maximum(weighted_rows(hypothesis), 1e-300)
+        of_the_day = np.sqrt([np.sum(values**2) / many for (_, values), many in zip(wander.joints, rows, strict=True)])
+    return ExpectedError(right=np.hypot(np.maximum(noise, unrepeated), of_the_day), usual=usual)
 
 
 def graded(
-    hypothesis: Hypothesis, findings: Sequence[Finding], expected: ExpectedError, controlled: bool = False
+    hypothesis: Hypothesis,
+    findings: Sequence[Finding],
+    expected: ExpectedError,
+    controlled: bool = False,
+    pushed_as_usual: Collection[str] = (),
 ) -> tuple[Finding, ...]:
-    """The findings with their grades, causes first, each in order of what it takes.
+    """The findings with their grades, causes first, each in order of what it takes. Contacts in recordings that are ``pushed_as_usual`` are hints.
 
     An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
-    change with more right than the new recordings alone. The level of a curve, which an offset or gravity may take, makes none vague.
+    change with more right than the new recordings alone, but not about one that a comparison shows. The level of a curve, which an offset or
+    gravity may take, makes none vague.
     """
-    return in_order([_graded(hypothesis, finding, expected, controlled) for finding in findings])
+    doubted = [
+        replace(f, doubts=(*f.doubts, AS_HEALTHY)) if f.intervals and f.recording in pushed_as_usual else f
+        for f in findings
+    ]
+    return in_order([_graded(hypothesis, finding, expected, controlled) for finding in doubted])
 
 
 def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -123,8 +142,10 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
     # a curve is known but for what other parameters take as well; its shape was proved on left-out rows
     sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
     holds_old = bool(sized) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
-    # a control says that one value changed; of several, none of which it is sure of, it knows the torque and not the name
-    open_values, beyond = holds_old and (not controlled or len(sized) > 1), _beyond_bounds(finding, hypothesis)
+    # a control says that one value changed; of several, none of which it is sure of, it knows the torque and not the name, and of what a
+    # comparison shows, whose interval holds the friction of the day, it says nothing
+    told_by_control = controlled and not problem.all_compared and len(sized) == 1
+    open_values, beyond = holds_old and not told_by_control, _beyond_bounds(finding, hypothesis)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     against = {

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 
-from physident.diagnosis.result.findings import Finding, ParameterValue, UsedRecording
+from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
@@ -19,6 +18,7 @@ from physident.diagnosis.result.wording import (
     one_of,
     parts_of,
     placebos_in_words,
+    repeats_in_words,
     searches_in_words,
     sense_in_words,
     times_own_in_brackets,
@@ -117,7 +117,7 @@ def _minor(d: DiagnosisRecord) -> list[str]:
         diagnosed = [one for one in d.recordings if one.role == "diagnosed"]
         rows.append(
             f"compared: {len(repeated)} of {len(diagnosed)} recordings repeat a motion {'from before' if d.asked == 'different_from_before' else 'that the model was fitted to'}"
-            f" ({_repeats(repeated)}); what the model lacks is in both and was taken off, so that what is left has changed"
+            f" ({repeats_in_words(repeated)}); what the model lacks is in both and was taken off, so that what is left has changed"
         )
     elif d.controlled:
         rows.append(
@@ -133,22 +133,20 @@ def _minor(d: DiagnosisRecord) -> list[str]:
 
 
 def _old(d: DiagnosisRecord) -> list[str]:
-    """What the model lacked before, too, the same effects together."""
-    if not d.missing_since_before:
-        return []
-    whose = "the recordings from before" if d.asked == "different_from_before" else "the model's own recordings"
-    rows = [f"missing since before, for {whose} show it, or differ by as much:"]
-    for f in sorted(d.missing_since_before, key=lambda f: (f.effect, f.joints)):
-        why = f"; {f.confounder}" if f.confounder else ""
-        rows.append(f"  {with_joints(f.effect, f.joints)}{_first_values(f)}{why}")
+    """What the model lacked before, too, and what healthy recordings differ by, the same effects together."""
+    whose, rows = (
+        "the recordings from before" if d.asked == "different_from_before" else "the model's own recordings",
+        [],
+    )
+    lacked = f"missing since before, for {whose} show it, or differ by as much:"
+    usual = f"no more than usual, for {whose} differ by as much among themselves; more of them tell smaller changes:"
+    for f in sorted(d.missing_since_before, key=lambda f: (bool(f.confounder), f.effect, f.joints)):
+        head = usual if f.confounder else lacked
+        rows += [] if head in rows else [head]
+        rows.append(
+            f"  {with_joints(f.effect, f.joints)}{_first_values(f)}{f'; {f.confounder}' if f.confounder else ''}"
+        )
     return rows
-
-
-def _repeats(repeated: Sequence[UsedRecording]) -> str:
-    """Which recordings repeat which, the first of many."""
-    pairs = [f"{Path(one.path).name} that of {Path(str(one.repeats)).name}" for one in repeated]
-    more = [f"{len(pairs) - VALUES} more"] if len(pairs) > VALUES else []
-    return ", ".join([*pairs[:VALUES], *more])
 
 
 def _is_nothing(f: Finding) -> bool:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Literal
 
 from physident.diagnosis.problem.question import Question
 from physident.diagnosis.remainder.unexplained import Unexplained
-from physident.diagnosis.result.findings import SEARCHES, Finding, Verdict
+from physident.diagnosis.result.findings import SEARCHES, Finding, UsedRecording, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
 Asked = Literal["missing", "different", "different_from_before", "nominal"]  # a question, and since when
@@ -27,6 +28,7 @@ NOT_FOUND: dict[Asked, str] = {
 INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 ALIKE = 3  # names of one cause in a sentence
+PAIRS = 3  # of repeated motions in a sentence
 MOTORS_UNKNOWN = "ripple of the motors behind their gears was not searched: it needs --gear-ratios, which identify and diagnose take with --robot"
 AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
 
@@ -285,3 +287,9 @@ def _contacts_sentence(findings: Sequence[Finding]) -> list[str]:
     times = [f"from {start:.2f} to {end:.2f} s" for f in findings for start, end in f.intervals]
     more = [f"{len(times) - MAX_NAMED} times more"] if len(times) > MAX_NAMED else []
     return [f"The tool was in contact with something {listed([*times[:MAX_NAMED], *more])}."] if times else []
+
+
+def repeats_in_words(repeated: Sequence[UsedRecording]) -> str:
+    """Which recordings repeat which, the first of many."""
+    pairs = [f"{Path(one.path).name} that of {Path(str(one.repeats)).name}" for one in repeated]
+    return ", ".join([*pairs[:PAIRS], *([f"{len(pairs) - PAIRS} more"] if len(pairs) > PAIRS else [])])

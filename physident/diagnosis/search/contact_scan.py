@@ -61,7 +61,7 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
     """
     fit, regressor = hypothesis.fit, hypothesis.data.regressor
     residual = _residual(hypothesis, responses, slopes)
-    weights = _weights(hypothesis)
+    weights = contact_weights(hypothesis)
     residual *= weights[:, None]
     before = np.stack([np.einsum("ms,ms->s", part, part) for part in residual.transpose(1, 0, 2)])
     before += (weights**2 * hypothesis.problem.taken_off_squares)[:, None]
@@ -96,7 +96,21 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
     )
 
 
-def _weights(hypothesis: Hypothesis) -> Array:
+def strongest_run(J: Array, residual: Array, time: Array) -> float:
+    """What the best run of windows explains of one recording's residual (M, n) without its strongest joint, by the Jacobian ``J`` (M, 3, n)
+    of its rows at ``time`` (M,) [s], both in units of the noise."""
+    best = 0.0
+    for phase in PHASES:
+        label = np.floor((time - np.floor(time[0] / PIECE) * PIECE - phase) / PIECE).astype(int)
+        inside = label >= 0
+        if inside.any():
+            gains = _windows(J[inside], residual[inside][:, :, None], label[inside])
+            found = most_without_the_strongest(gains)[2]
+            best = max(best, float(found.sum() - found.max()))
+    return best
+
+
+def contact_weights(hypothesis: Hypothesis) -> Array:
     """The weights (n,) of the joints' rows: those of the fit, less where the model's error was taken off.
 
     Who pushes the forearm is felt by the wrist less than by a push at the tool: beside the error of a model that does not matter, beside the noise

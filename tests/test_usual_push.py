@@ -1,0 +1,51 @@
+"""A push is one only if it is harder than what the model errs by along healthy recordings looks like."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import physident as pid
+from physident.diagnosis.grading.grades import AS_HEALTHY
+from tests.serial_arms import ARMS, swung, urdf
+
+pytestmark = pytest.mark.slow
+
+BEFORE = 4  # healthy recordings
+LASTS = 1.5  # s
+
+
+def recorded(number: int, push: float) -> pid.Recording:
+    """Twenty seconds of two joints, by pinocchio; something pushes the tool along x with so many newtons for a while."""
+    rng, time = np.random.default_rng(number), np.arange(0.0, 20.0, 0.005)
+    q, v, tau = swung(rng, time)
+    tau += np.array([1.8, 0.9]) * np.clip(v / 1e-4, -1, 1) + np.array([3.5, 1.6]) * v
+    model = pin.buildModelFromXML(urdf(ARMS["two"]))
+    data, tool = model.createData(), model.getFrameId("tool")
+    start = rng.uniform(4.0, 14.0)
+    for i in np.flatnonzero((time >= start) & (time < start + LASTS)):
+        J = pin.computeFrameJacobian(model, data, q[i], tool, pin.LOCAL_WORLD_ALIGNED)
+        tau[i] += J[0] * push
+    tau += 0.05 * rng.standard_normal(tau.shape)
+    return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{number} {push}")
+
+
+@pytest.mark.parametrize(("usual", "now", "is_cause"), [(2.0, 2.0, False), (2.0, 30.0, True), (0.0, 2.0, True)])
+def test_a_push_is_a_cause_where_it_is_harder_than_healthy_recordings_seem_pushed(
+    tmp_path: Path, usual: float, now: float, is_cause: bool
+) -> None:
+    """What pushes in every recording, at another time in each, is how this arm is: a cable that snags."""
+    path = tmp_path / "planar.urdf"
+    path.write_text(urdf(ARMS["two"]))
+    rng = np.random.default_rng(0)
+    healthy = [recorded(k, usual * rng.uniform(0.7, 1.3)) for k in range(BEFORE)]
+    model = pid.identify(pid.load_robot(path), healthy)
+    found = pid.diagnose_motion(model, [recorded(50, now), recorded(51, 0.0)])
+    contacts = [one for one in found.findings if one.effect == "contact"]
+    assert [one.grade == "cause" for one in contacts] == ([True] if is_cause else [False] * len(contacts))
+    if not is_cause:
+        assert contacts
+        assert all(AS_HEALTHY in one.doubts for one in contacts)
