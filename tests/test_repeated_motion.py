@@ -15,9 +15,7 @@ import pytest
 import physident as pid
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.repeated.sureness import as_sure_as
-from physident.diagnosis.result.contact_force import strongest_push
 from physident.diagnosis.result.saved import read_diagnosis
-from physident.effects.contact import Contact as Push
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.fitted import fitted_recordings
 from tests.bags import write_bag
@@ -174,17 +172,6 @@ def test_a_push_during_a_repeated_motion_is_a_contact(model: pid.Estimate, folde
     told = re.search(r"The strongest push is ([\d.]+) N", cause.in_words)
     assert told is not None
     assert float(told[1]) == pytest.approx(np.linalg.norm([25.0, -15.0, 20.0]), rel=0.1)
-
-
-def test_of_forces_that_overlap_the_push_is_the_sum() -> None:
-    """A push that grows and fades, told as a long force with a shorter one within."""
-    effects = [Push(intervals=((2.0, 5.0),), steady=True), Push(intervals=((3.0, 4.0),), steady=True)]
-    accepted = cast(Any, [SimpleNamespace(effect=one) for one in effects])
-    told = cast(
-        Any, SimpleNamespace(accepted=accepted, effect_values=[np.array([3.0, 0.0, 0.0]), np.array([0.0, 4.0, 0.0])])
-    )
-    expected = "The strongest push is 5 N (3, 4, 0) in the base frame, from 3.00 to 4.00 s."
-    assert strongest_push(told, accepted) == expected
 
 
 def test_what_drifts_within_one_repeated_motion_is_no_curve_over_time(model: pid.Estimate, folder: Path) -> None:

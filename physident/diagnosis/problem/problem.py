@@ -18,7 +18,7 @@ from physident.diagnosis.problem.ordinary_model import ordinary_model
 from physident.diagnosis.problem.question import ParameterFreedom, Question, parameter_freedom
 from physident.diagnosis.problem.recording_offset import offset_of_each_recording
 from physident.diagnosis.problem.resolution import at_resolution
-from physident.diagnosis.problem.search_data import Baseline, SearchData, rows_of
+from physident.diagnosis.problem.search_data import Baseline, SearchData, tool_jacobians
 from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.repeated.sureness import as_sure_as
 from physident.dynamics.column_structure import KeptRows, kept_rows
@@ -26,13 +26,12 @@ from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor, build_regressor, with_transition
 from physident.effects.catalogue import DEFAULT_EFFECTS
 from physident.effects.classification import Family
-from physident.effects.contact import tool_jacobian
 from physident.effects.effect import Effect
 from physident.estimation.dry_friction.row_weights import dry_level, known_rows, rest_weights, spread_rows
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import weight_rows
-from physident.large_arrays import magnitude, row_slices
+from physident.large_arrays import magnitude
 from physident.recordings.signals import MOVING_SPEED, Filter, Signals
 
 Array = NDArray[np.float64]
@@ -169,14 +168,7 @@ class DiagnosisProblem:
     @cached_property
     def jacobians(self) -> Array:
         """The Jacobian (M, 3, n) of the tool in each row, as a contact's columns are weighted."""
-        regressor = self.regressor
-        result = np.empty((len(regressor.time), 3, self.model.robot.n))
-        for index, signals in enumerate(self.signals):
-            rows = rows_of(regressor.recording, index)
-            for some in row_slices([rows]):
-                at = np.clip(np.searchsorted(signals.time, regressor.time[some]), 0, len(signals.time) - 1)
-                result[some] = tool_jacobian(self.model.robot, signals.q[at])
-        return result * self.scale[:, None, :]
+        return tool_jacobians(self.model.robot, self.regressor, self.signals) * self.scale[:, None, :]
 
     def referred(self, model: Model) -> list[Signals]:
         """The signals with the torques that a model predicts for them; those of the latest models are kept."""

@@ -14,7 +14,10 @@ from physident.diagnosis.problem.candidate_groups import OptionGroup
 from physident.diagnosis.problem.candidates import Candidate
 from physident.diagnosis.problem.columns import Baseline, Columns
 from physident.dynamics.regressor import Regressor
-from physident.large_arrays import empty, steps
+from physident.effects.contact import tool_jacobian
+from physident.large_arrays import empty, row_slices, steps
+from physident.recordings.signals import Signals
+from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 OUTSIDE = -1  # fold of a row in a gap between blocks
@@ -25,6 +28,16 @@ __all__ = ["OUTSIDE", "Baseline", "SearchData"]
 def rows_of(recording: NDArray[np.intp], index: int) -> slice:
     """The rows of a recording: they follow each other."""
     return slice(int(np.searchsorted(recording, index)), int(np.searchsorted(recording, index, side="right")))
+
+
+def tool_jacobians(robot: Robot, regressor: Regressor, signals: Sequence[Signals]) -> Array:
+    """The Jacobian (M, 3, n) of the tool in each row of the regressor of some signals."""
+    result = np.empty((len(regressor.time), 3, robot.n))
+    for index, one in enumerate(signals):
+        for some in row_slices([rows_of(regressor.recording, index)]):
+            at = np.clip(np.searchsorted(one.time, regressor.time[some]), 0, len(one.time) - 1)
+            result[some] = tool_jacobian(robot, one.q[at])
+    return result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -72,8 +72,7 @@ def scan_contacts(hypothesis: Hypothesis, responses: Array, slopes: Array | None
         rows = rows_of(regressor.recording, index)
         time = regressor.time[rows] - signals.origin
         for phase in PHASES:
-            start = np.floor(time[0] / PIECE) * PIECE + phase
-            label = np.floor((time - start) / PIECE).astype(int)
+            start, label = _labels(time, phase)
             from_first = slice(rows.start + int(np.searchsorted(label, 0)), rows.stop)
             gains_of_windows = _windows(J[from_first] * weights, residual[from_first], label[label >= 0])
             first, last, found = most_without_the_strongest(gains_of_windows)
@@ -101,13 +100,19 @@ def strongest_run(J: Array, residual: Array, time: Array) -> float:
     of its rows at ``time`` (M,) [s], both in units of the noise."""
     best = 0.0
     for phase in PHASES:
-        label = np.floor((time - np.floor(time[0] / PIECE) * PIECE - phase) / PIECE).astype(int)
+        _, label = _labels(time, phase)
         inside = label >= 0
         if inside.any():
             gains = _windows(J[inside], residual[inside][:, :, None], label[inside])
             found = most_without_the_strongest(gains)[2]
             best = max(best, float(found.sum() - found.max()))
     return best
+
+
+def _labels(time: Array, phase: float) -> tuple[float, NDArray[np.intp]]:
+    """When the first window of a phase begins [s], and the window of each row (M,), negative before it."""
+    start = float(np.floor(time[0] / PIECE) * PIECE + phase)
+    return start, np.floor((time - start) / PIECE).astype(np.intp)
 
 
 def contact_weights(hypothesis: Hypothesis) -> Array:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from physident.diagnosis.grading.agreement import theta_without_each
 from physident.diagnosis.grading.control import UNUSUAL, rows_of_model
 from physident.diagnosis.grading.members import without_effects
-from physident.diagnosis.problem.search_data import rows_of
+from physident.diagnosis.problem.search_data import rows_of, tool_jacobians
 from physident.diagnosis.search.contact_scan import CONTACT, contact_weights, strongest_run
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.usual.usual_friction import FEWEST
-from physident.effects.contact import Contact, tool_jacobian
+from physident.effects.contact import Contact
 from physident.estimation.estimate import Estimate
 from physident.recordings.signals import Signals
 
@@ -63,10 +63,9 @@ def _of_healthy(
     weights = contact_weights(hypothesis)
     rows, counted = rows_of_model(estimate.model, control, hypothesis.problem.filter)
     each = theta_without_each(estimate, control) if are_fitted else np.tile(estimate.theta, (len(control), 1))
+    J = tool_jacobians(estimate.model.robot, rows, control) * (counted * weights)[:, None, :]
     found = []
-    for k, (theta, signals) in enumerate(zip(each, control, strict=True)):
+    for k, theta in enumerate(each):
         mine = rows_of(rows.recording, k)
-        at = np.clip(np.searchsorted(signals.time, rows.time[mine]), 0, len(signals.time) - 1)
-        J = tool_jacobian(estimate.model.robot, signals.q[at]) * (counted[mine] * weights)[:, None, :]
-        found.append(strongest_run(J, rows.residual(theta)[mine] * weights, rows.time[mine]))
+        found.append(strongest_run(J[mine], rows.residual(theta)[mine] * weights, rows.time[mine]))
     return found
