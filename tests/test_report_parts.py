@@ -174,6 +174,9 @@ def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
     assert "comparison" in compared
     assert remainder_sentence("nothing_missing", [part], True, False, False) == "The remaining residual is noise."
     assert "comparison" in remainder_sentence("explained", (), False, True, False)
+    alone, beside = (remainder_sentence("unexplained", some, False, False, False) for some in ((), [part]))
+    assert "beside it" in beside
+    assert "beside it" not in alone
 
 
 def test_curves_are_told_in_brief_without_the_laws_near_them() -> None:

@@ -127,10 +127,15 @@ class DiagnosisRecord:
         old = bool(self.missing_since_before)
         said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own))
         own = [one for one in self.structured if one.times_own is not None]
-        as_before = self.verdict == "unexplained" and own and not self.grown and not parts_of(self.findings)
+        as_before = self.verdict == "unexplained" and own and not self.grown and not self.mostly_unexplained
         if as_before:
             return f"{said} {as_before_sentence(own)}"
         return f"{said} {hidden_sentence(self.may_hide)}" if self.may_hide else said
+
+    @property
+    def mostly_unexplained(self) -> bool:
+        """Whether there is structure and no cause, but contributions that are proved."""
+        return self.verdict == "unexplained" and bool(parts_of(self.findings))
 
     @property
     def may_hide(self) -> tuple[Unexplained, ...]:

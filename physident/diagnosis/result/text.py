@@ -73,7 +73,7 @@ def wrapped(row: str) -> list[str]:
 
 
 def _verdict(d: DiagnosisRecord) -> str:
-    name = d.verdict.replace("_", " ")
+    name = "mostly unexplained" if d.mostly_unexplained else d.verdict.replace("_", " ")
     if d.verdict == "nothing_missing":
         changed = "no change was found" if d.may_hide else "nothing has changed"
         nothing = changed if d.question == "different" else "nothing is missing"

@@ -160,7 +160,8 @@ def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool,
     if verdict == "partly_explained":
         return "Some structure in the residual matches no effect of the catalogue."
     if verdict == "unexplained":
-        return "The residual has structure that no effect of the catalogue predicts on unseen data."
+        what = "What is left beside it" if parts_of(findings) else "The residual"
+        return f"{what} has structure that no effect of the catalogue predicts on unseen data."
     if verdict == "explained" or parts_of(findings):
         return f"{left} is {noise}."
     if old:

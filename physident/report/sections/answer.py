@@ -13,7 +13,6 @@ from physident.diagnosis.result.wording import (
     cause,
     incomplete_words,
     listed,
-    parts_of,
     placebos_in_words,
     wrong_unseen_sentence,
 )
@@ -34,7 +33,7 @@ WORSE = 1.0  # %: a smaller rise is not mentioned
 
 def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Markup:
     """The head of the page: the answer in words, what to do, and the arm with the joints of each cause."""
-    mark = tag("b", MARKS[c.verdict], class_=c.verdict)
+    mark = tag("b", "mostly unexplained" if c.mostly_unexplained else MARKS[c.verdict], class_=c.verdict)
     if c.may_hide:  # what cannot be ruled out is not marked as good
         mark = tag("b", "no change found", class_="partly_explained")
     text = tag(
@@ -61,8 +60,8 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
         if c.verdict == "nothing_missing" and c.question == "different":
             said = UNSETTLED if c.may_hide else UNCHANGED
             return [tag("p", said, OLD if c.missing_since_before else "", class_="practice")]
-        partly = c.verdict == "unexplained" and bool(parts_of(c.findings))
-        return [tag("p", WITHOUT_CAUSE["partly_explained" if partly else c.verdict], class_="practice")]
+        said = WITHOUT_CAUSE["partly_explained" if c.mostly_unexplained else c.verdict]
+        return [tag("p", said, class_="practice")]
     items = [
         tag(
             "li",
