@@ -17,6 +17,8 @@ from physident.dynamics.regressor import build_regressor
 from physident.estimation.identify import prepare_all
 from tests.test_diagnosis_completed import stored
 
+pytestmark = pytest.mark.slow
+
 WANDERING = 2  # the joint, from 1, whose dry friction is another one in each recording
 STEPS = (2.0, -1.0, -2.0, 1.0)  # N m
 

@@ -88,6 +88,7 @@ def test_an_unchanged_arm_is_accused_of_nothing(estimate: pid.Estimate, clean: l
     assert diagnosis.estimate is None
 
 
+@pytest.mark.slow
 def test_a_holdout_that_errs_refutes_that_all_is_noise(
     estimate: pid.Estimate, clean: list[pid.Recording], changed: list[pid.Recording]
 ) -> None:
@@ -99,6 +100,7 @@ def test_a_holdout_that_errs_refutes_that_all_is_noise(
     assert pid.diagnose_motion(estimate, clean[:2], holdout=clean[2:3]).wrong_unseen == ()
 
 
+@pytest.mark.slow
 def test_an_unchanged_arm_of_another_law_is_accused_of_nothing(ur5: pid.Robot, folder: Path) -> None:
     runs = [recorded(folder, "other_law", Arm(), seed) for seed in (1, 3, 5)]
     assert pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[2:]).findings == ()
@@ -117,6 +119,7 @@ def test_what_a_model_was_fitted_without_is_missing_from_it(ur5: pid.Robot, chan
     assert diagnosis.after.rms[1] < 0.6 * diagnosis.before.rms[1]
 
 
+@pytest.mark.slow
 def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estimate, folder: Path) -> None:
     arm = hide(exact_arm(), "contact", (), 20.0, start=6.0, end=7.5, direction=(0.0, 1.0, 0.0))
     diagnosis = pid.diagnose_motion(estimate, [recorded(folder, "contact", arm, 13)])
@@ -134,6 +137,7 @@ def test_a_push_on_the_tool_is_found_with_its_time_and_force(estimate: pid.Estim
     np.testing.assert_allclose(middle, [0, 20, 0], atol=3)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_diagnosis(
     different: pid.Diagnosis, estimate: pid.Estimate, changed: list[pid.Recording]
 ) -> None:

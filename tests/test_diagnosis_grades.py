@@ -261,6 +261,7 @@ def test_a_handful_is_fewer_than_the_families_of_effects() -> None:
     assert 2 < HANDFUL < len({effect.family for effect in pid.CATALOGUE.values()})
 
 
+@pytest.mark.slow
 def test_what_unseen_recordings_refute_is_no_cause_and_is_not_carried(
     healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate, monkeypatch: pytest.MonkeyPatch
 ) -> None:

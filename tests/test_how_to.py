@@ -75,6 +75,7 @@ def torque(folder: Path, effects: tuple[str, ...], q: np.ndarray, v: np.ndarray,
     return chosen.torque(pid.Signals.of_states(q, v, a))[0]
 
 
+@pytest.mark.slow
 def test_mujoco(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     try:
         names = played("mujoco.md", folder, monkeypatch)

@@ -27,6 +27,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [written(folder, f"run_{seed}.csv", record(mjcf(), seed)) for seed in (1, 2)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "effect", "value"),
     [

@@ -174,6 +174,7 @@ EFFECTS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect[0] if effect else "none")
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_arm_obeys_the_torque_of_its_own_description(kind: Kind, effect: tuple) -> None:
@@ -189,6 +190,7 @@ def test_an_arm_obeys_the_torque_of_its_own_description(kind: Kind, effect: tupl
         assert np.isfinite(again).mean() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_elastic_gear_is_followed_from_its_rotor(kind: Kind) -> None:
     arm, run = sway("two", kind, hidden("joint_elasticity", (1,), 2e-4), hidden("load_dependent_friction", (1,), 0.1))
@@ -276,6 +278,7 @@ def test_disturbances_act_in_motion_and_along_it(kind: Kind) -> None:
         np.testing.assert_allclose(run.torque, motor + 0.05 * np.roll(motor, 1, axis=1) + 0.01 * run.q, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_half_the_step_is_the_same_recording(kind: Kind) -> None:
     """Below 8 Hz, the torque of moving rows changes by far less than instruments show, as fast as the arm may move."""

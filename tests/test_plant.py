@@ -183,6 +183,7 @@ def test_every_effect_has_a_case() -> None:
     assert set(CASES) == set(EFFECTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_effect_against_its_closed_form(name: str) -> None:
     joints, magnitude, shape, closed_form, allowed = CASES[name]
@@ -202,6 +203,7 @@ def test_effect_against_its_closed_form(name: str) -> None:
     assert np.sqrt(np.mean((own - made.with_effect) ** 2)) < NEGLIGIBLE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("left_out", "allowed"), [("joint_elasticity", NEGLIGIBLE), ("contact", 0.02)])
 def test_many_effects_at_once_are_consistent(left_out: str, allowed: float) -> None:
     """An arm with nearly everything wrong obeys the torque of its own description; a link behind an elastic gear has to
@@ -226,6 +228,7 @@ def test_temperature_moves_friction_and_is_recorded() -> None:
     assert np.sqrt(np.mean((change - expected) ** 2)) < 0.01 * np.sqrt(np.mean(expected**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [None, "stribeck_friction", "presliding_hysteresis", "joint_elasticity"])
 def test_step_halving(effect: str | None) -> None:
     """Second order, and at the step in use far below the noise of the torque."""
@@ -252,6 +255,7 @@ def test_energy_without_friction_is_the_motors_work() -> None:
     assert np.abs(energy - energy[0] - work).max() < 1e-4 * np.ptp(energy)
 
 
+@pytest.mark.slow
 # friction_asymmetry takes energy in one direction and gives it in the other: only the joint's sum dissipates
 @pytest.mark.parametrize("name", [n for n in CASES if n.endswith(("friction", "hysteresis"))])
 def test_friction_never_gives_energy(name: str) -> None:

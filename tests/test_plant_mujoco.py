@@ -98,6 +98,7 @@ def test_bristles_never_give_more_work_than_they_store() -> None:
     assert np.abs(force).max(axis=0) == pytest.approx(f.breakaway, rel=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["planar", "scara", "seven"])
 def test_torque_along_the_plants_own_motion_is_what_it_reported(name: str, kind: Kind) -> None:

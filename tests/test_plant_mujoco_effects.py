@@ -141,6 +141,7 @@ def test_an_effect_acts_as_its_name_says(effect: str) -> None:
     np.testing.assert_allclose(change[far], np.asarray(expected())[far], atol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [*NAMED, "joint_elasticity", "swinging_load", "flexible_base"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_with_an_effect_needs_the_torque_of_the_arm_with_it(effect: str, kind: Kind) -> None:

@@ -105,6 +105,7 @@ def test_it_is_written_and_read_like_any_other(motion: RecordedMotion, tmp_path:
         RecordedMotion(np.zeros((9, 2)), 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("minutes", "seconds"), [(1.0, 20.0), (2.0, 60.0), (2.0, 45.0)])
 def test_a_long_motion_that_is_repeated_keeps_the_session_s_time(
     ur5: pid.Robot, tmp_path: Path, minutes: float, seconds: float

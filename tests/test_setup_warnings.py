@@ -102,6 +102,7 @@ def test_a_poor_model_is_never_called_physical(healthy_estimate: pid.Estimate) -
     assert "verdict: poor on joint 6 (47 % left); elsewhere the model leaves 3 to 5 % of the torque; " in one
 
 
+@pytest.mark.slow
 def test_diagnose_keeps_its_warnings(
     healthy_estimate: pid.Estimate,
     healthy_runs: list[pid.Recording],

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 import physident as pid
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 FEED = """<robot name="feed"><link name="bed"/>
   <link name="carriage"><inertial><mass value="12"/><origin xyz="0 0 0.04"/>

@@ -23,6 +23,8 @@ from physident.estimation.identify import prepare_all
 from physident.estimation.results.fitted import fitted_recordings
 from tests.serial_arms import ARMS, swung, urdf
 
+pytestmark = pytest.mark.slow
+
 DRY, DRAG = np.array([1.8, 0.9]), np.array([3.5, 1.6])  # N m, N m s/rad
 DAILY = 0.02  # of a joint's friction, standard deviation from recording to recording
 BEFORE = 5  # healthy recordings

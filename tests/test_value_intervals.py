@@ -14,6 +14,8 @@ from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Sensors, hide, multisine, record
 
+pytestmark = pytest.mark.slow
+
 MASS = 0.8  # kg
 GAIN = 0.03  # standard deviation of the gain of a joint's torque, or of a recording's, which no model has
 SEEDS = (41, 43, 45)
