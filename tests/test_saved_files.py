@@ -97,7 +97,7 @@ def test_diagnosis_file() -> None:
             assert high - low == pytest.approx(np.ptp(value["interval95"]))
             assert low < value["change"] < high
     for one in again["unexplained"]:
-        assert one.pop("predictable") is None
+        assert (one.pop("predictable"), one.pop("friction_between")) == (None, None)
         assert one.pop("bursts") == []
         assert (one.pop("times_own"), one.pop("usual_times"), one.pop("may_hide_a_change")) == (None, None, False)
     for one in again["recordings"]:

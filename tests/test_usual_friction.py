@@ -18,7 +18,8 @@ from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, state_hypothesis
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.usual.as_usual import differ_as_usual, friction_of_the_day
-from physident.diagnosis.usual.usual_friction import UsualFriction, friction_values
+from physident.diagnosis.usual.usual_friction import UsualFriction
+from physident.dynamics.friction_parameters import friction_values
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.fitted import fitted_recordings
 from tests.serial_arms import ARMS, swung, urdf

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.folds import MEMORIES
 from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_of
+from physident.diagnosis.remainder.friction_between import FrictionBetween, friction_between
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -38,7 +39,7 @@ class Unexplained:
     noise, ``slow`` share of power below 0.2 Hz, ``peak`` [Hz], and the share of its power that a curve over velocity,
     position, load and time each explains beyond chance; ``order`` of the strongest line over the angle and its share; ``predictable``: the share of its
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
-    twice; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
+    twice; ``friction_between``: what of it is friction that differs between recordings; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
     of its own recordings, None where that is not asked, and ``usual_times``: how many it is at most where nothing has changed, None where too few
     recordings tell."""
 
@@ -56,6 +57,7 @@ class Unexplained:
     order: float
     order_share: float
     predictable: float | None = None
+    friction_between: FrictionBetween | None = None
     bursts: tuple[Burst, ...] = ()
     times_own: float | None = None
     usual_times: float | None = None
@@ -105,6 +107,7 @@ class Unexplained:
             else ""
         )
         moment = f"; {bursts_in_words(self.bursts)}" if self.bursts else ""
+        moment += f"; {self.friction_between.in_words}" if self.friction_between else ""
         return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{moment}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -145,6 +148,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     since = regressor.time - np.array([one.origin for one in signals])[regressor.recording]
     names = [PurePath(one.source).name for one in signals]
     creeping = np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian
+    between = friction_between(hypothesis)
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -174,6 +178,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 order=float(orders[top]),
                 order_share=float(max(0.0, lines[top] - 2 * np.log(40) / worth)),
                 predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
+                friction_between=between[j],
                 bursts=bursts_of(r, since, regressor.recording, names, worth, creeping[:, j]),
             )
         )

@@ -10,16 +10,12 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import is_shown_by_comparison
 from physident.diagnosis.problem.columns import Columns
+from physident.diagnosis.remainder.friction_between import moved_friction
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.stored_products import Key
-from physident.diagnosis.usual.usual_friction import (
-    FEWEST,
-    UsualFriction,
-    as_large,
-    friction_places,
-    friction_values,
-)
+from physident.diagnosis.usual.usual_friction import FEWEST, UsualFriction, as_large
+from physident.dynamics.friction_parameters import friction_values
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -81,7 +77,7 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict
             )
         elif _made_of_friction(hypothesis, _torque(hypothesis, i), ~compared, with_offsets=False).share >= MADE_OF:
             together.append(i)
-    whole = np.sum([_moved_friction(hypothesis), *(_torque(hypothesis, i) for i in together)], axis=0)
+    whole = np.sum([moved_friction(hypothesis), *(_torque(hypothesis, i) for i in together)], axis=0)
     for i in together:
         acts = np.any(_torque(hypothesis, i) != 0, axis=0)
         found |= _as_usual(hypothesis, i, usual, whole * acts, ~compared, with_offsets=False)
@@ -143,18 +139,6 @@ def _torque(hypothesis: Hypothesis, i: int) -> Array:
     """The torque (M, n) of an accepted effect."""
     one = hypothesis.accepted[i]
     return hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
-
-
-def _moved_friction(hypothesis: Hypothesis) -> Array:
-    """The torque (M, n) by which the model's own friction has moved beside the accepted effects."""
-    problem, size = hypothesis.problem, len(hypothesis.problem.model.theta)
-    freedom = problem.freedom
-    moved = freedom.map @ hypothesis.fit.x[: len(freedom.prior)] * np.any(friction_places(problem.model), axis=0)
-    columns = []
-    for joint in problem.regressor.joints:
-        own = joint.columns < size
-        columns.append(joint.values[:, own] @ moved[joint.columns[own]])
-    return np.column_stack(columns)
 
 
 def _made_of_friction(hypothesis: Hypothesis, torque: Array, rows: NDArray[np.bool_], with_offsets: bool) -> _Change:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.grading.as_others_show import dense
 from physident.diagnosis.grading.control import UNUSUAL, noise_of, rows_of_model
 from physident.diagnosis.grading.scatter import Scatter, scatter_between
+from physident.dynamics.friction_parameters import friction_values
 from physident.dynamics.model import Model
-from physident.effects.classification import Family
 from physident.identifiability.base_parameters import find_base_parameters
 from physident.recordings.signals import Filter, Signals
 
@@ -89,19 +89,3 @@ def as_large(weights: Array, friction: Array) -> Array:
     """A constant in weighted rows (M,) that is as large as the RMS of friction there."""
     rows = float(weights @ weights)
     return weights * (np.linalg.norm(friction) / np.sqrt(rows) if rows else 0.0)
-
-
-def friction_values(model: Model) -> tuple[Array, Array]:
-    """The model's parameters (p,) with those of dry friction alone, and with those of all other friction."""
-    dry, other = friction_places(model)
-    return model.theta * dry, model.theta * other
-
-
-def friction_places(model: Model) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which of the model's parameters (p,) are of dry friction, and which of all other friction."""
-    dry, other, at = np.zeros(len(model.theta), dtype=bool), np.zeros(len(model.theta), dtype=bool), 0
-    for effect, values in model.effect_parameters():
-        if effect.family is Family.FRICTION:
-            (dry if effect.dry else other)[at : at + len(values)] = True
-        at += len(values)
-    return dry, other
