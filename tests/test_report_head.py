@@ -132,6 +132,22 @@ def test_no_report_is_marked_as_good_where_a_change_may_hide(
     assert ("nothing needs to be done" in head.text) is (mark == "nothing missing")
 
 
+def test_a_contribution_alone_is_not_the_whole_answer(folder: Path, tmp_path: Path) -> None:
+    """What is proved and takes little of the error is kept, and the page asks for the temperature that would say more."""
+    data = json.loads((folder / "diagnosis.json").read_text())
+    (finding,) = data["findings"]
+    finding["grade"] = "contribution"
+    differs = {"rms": 9.0, "memory": 1.0, "white_memory": 0.1, "friction_between": {"share": 0.4, "percent": 3.68}}
+    data["unexplained"] = [one | (differs if one["joint"] == 2 else {}) for one in data["unexplained"]]
+    saved = tmp_path / "diagnosis.json"
+    saved.write_text(json.dumps(data | {"verdict": "unexplained"}))
+    shown = page(saved)
+    (mark,) = shown.all("header")[0].all("p", "mark")
+    assert mark.text.endswith("mostly unexplained")
+    assert "What is left beside it" in shown.text
+    assert "on joint 2 by up to 3.7 %: record temperature_1.." in shown.text
+
+
 def test_what_is_plain_friction_by_another_name_asks_for_no_more() -> None:
     assert practice("presliding_hysteresis", ["coulomb_friction"]) == practice("coulomb_friction")
     assert (

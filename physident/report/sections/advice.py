@@ -12,6 +12,7 @@ from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import INSEPARABLE, MOTORS_UNKNOWN, cause, in_words, listed, numbered
 from physident.effects.catalogue import effect_label
 from physident.report.markup import joined, tag
+from physident.report.numbers import number
 from physident.report.sections.unseen import IN_MODEL, WORDED, by_reason
 
 SLOW = 0.5  # of the residual's power below 0.2 Hz
@@ -130,6 +131,13 @@ def _remainder(c: DiagnosisRecord) -> list[str]:
             f"The residual of {_joints(slow)} is mostly slower than 0.2 Hz: repeat a motion cold and warm, with"
             " temperature_1.. if the controller measures them."
         )
+    if between := {r.joint: r.friction_between for r in left if r.friction_between}:
+        most = max(between, key=lambda joint: between[joint].share)
+        if between[most].share > SHARE:
+            items.append(
+                f"Friction differs from one recording to the next, on joint {most} by up to {number(between[most].percent, 2)} %: record"
+                " temperature_1.. if the controller measures them, or warm the arm up in the same way before each recording."
+            )
     for key, text in LEADS.items():
         if joints := [r.joint for r in left if getattr(r, key) > SHARE]:
             items.append(f"The residual of {_joints(joints)} depends on {key}: {text}.")
