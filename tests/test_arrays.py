@@ -133,6 +133,7 @@ def test_paths_are_read_by_the_models_layout(ur5: pid.Robot, tmp_path: Path) -> 
     assert (score.relative < 15).all()
 
 
+@pytest.mark.slow
 def test_payload_diagnosis_and_session_take_one_recording(ur5: pid.Robot, tmp_path: Path) -> None:
     load = body(2.0, (0.0, 0.0, 0.05), (2e-3, 2e-3, 1e-3))
     estimate = pid.identify(ur5, [record(arm(ur5), seed=seed) for seed in (1, 2)])

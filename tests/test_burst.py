@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_of
+from physident.diagnosis.remainder.friction_between import FrictionBetween
 from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.json_records import RecordReader
 
@@ -86,11 +87,14 @@ def test_a_joint_that_stood_then_is_no_event() -> None:
 def test_a_burst_is_written_and_read_back() -> None:
     burst = Burst(recording="now.csv", start=9.5, end=12.0, share=0.49, of_time=0.07)
     numbers = dict.fromkeys(
-        [f.name for f in fields(Unexplained) if f.name not in ("joint", "predictable", "bursts")], 0.5
+        [f.name for f in fields(Unexplained) if f.name not in ("joint", "predictable", "bursts", "friction_between")],
+        0.5,
     )
-    one = Unexplained(joint=2, **numbers, bursts=(burst,))
+    between = FrictionBetween(share=0.35, percent=4.4)
+    one = Unexplained(joint=2, **numbers, bursts=(burst,), friction_between=between)
     assert RecordReader("again").read(Unexplained, json.loads(json.dumps(one.as_dict())), "unexplained") == one
     assert "49 % of it lies between 9.5 and 12.0 s of now.csv" in one.description
+    assert between.in_words in one.description
 
 
 def test_what_happens_at_the_same_time_in_every_recording_is_told() -> None:

@@ -106,6 +106,7 @@ def test_an_unchanged_arm_of_another_law_is_accused_of_nothing(ur5: pid.Robot, f
     assert pid.diagnose_motion(pid.identify(ur5, runs[:2]), runs[2:]).findings == ()
 
 
+@pytest.mark.slow
 def test_what_a_model_was_fitted_without_is_missing_from_it(ur5: pid.Robot, changed: list[pid.Recording]) -> None:
     fitted = pid.identify(ur5, changed)
     diagnosis = pid.diagnose_motion(fitted, changed)
@@ -172,6 +173,7 @@ def test_currents_without_gains_are_refused(estimate: pid.Estimate, clean: list[
         pid.diagnose_motion(estimate, [current])
 
 
+@pytest.mark.slow
 def test_the_command_writes_json_and_the_extended_model(
     estimate: pid.Estimate, changed: list[pid.Recording], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -190,6 +192,7 @@ def test_the_command_writes_json_and_the_extended_model(
     assert pid.load_estimate(out).model.columns[-1].effect in {"load_dependent_friction", "payload"}
 
 
+@pytest.mark.slow
 def test_nothing_found_writes_no_model(
     estimate: pid.Estimate, clean: list[pid.Recording], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

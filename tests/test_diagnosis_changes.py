@@ -144,6 +144,7 @@ def finding(effect: str) -> Finding:
     return Finding(effect=effect, joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=1.0)
 
 
+@pytest.mark.slow
 def test_a_temperature_that_nobody_measured_before_is_taken_for_the_first_one(
     ur5: pid.Robot, healthy_runs: list[pid.Recording], healthy_estimate: pid.Estimate
 ) -> None:

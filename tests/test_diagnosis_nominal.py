@@ -12,6 +12,8 @@ import physident as pid
 from physident.cli import run
 from tests.plant import Arm, Sensors, multisine, record
 
+pytestmark = pytest.mark.slow
+
 GAIN = 10.0  # N m/A
 
 

@@ -65,6 +65,7 @@ def test_every_effect_that_mjcf_has_a_place_for_is_exact() -> None:
     assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_along_a_real_recording(data: Path) -> None:
     paths = [data / "ur10e" / f"ur-20_02_{name}.csv" for name in ("06-20sec_10harm", "10-30sec_12harm")]
     recordings = pid.load_recordings(paths, UR10E_COLUMNS, UR10E_GAINS)

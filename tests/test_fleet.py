@@ -126,6 +126,7 @@ def test_only_new_files_are_worked_on_and_a_broken_one_is_a_row(tmp_path: Path, 
         run_fleet(robot, every, "{robot}/{date}", out, workers=1, baseline=3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lift", "law"), [(0.0, False), (4.0, True)])
 def test_a_baseline_has_the_laws_of_friction_that_its_recordings_show(
     tmp_path: Path, robot: Robot, lift: float, law: bool

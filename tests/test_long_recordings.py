@@ -18,6 +18,8 @@ from physident.recordings.inspection import inspect_recording
 from physident.recordings.load import load_recording
 from tests.plant import Arm, Sensors, multisine, record
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
