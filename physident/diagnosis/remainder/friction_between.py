@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.friction_parameters import friction_places
 from physident.effects.classification import Family
+from physident.large_arrays import steps
 
 Array = NDArray[np.float64]
 FEWEST = 3  # recordings: of two, each differs from the other by whatever either lacks
@@ -52,7 +52,7 @@ def friction_between(hypothesis: Hypothesis) -> tuple[FrictionBetween | None, ..
         return (None,) * n
     found = []
     for friction, left, memory in zip(
-        friction_torque(hypothesis).T, hypothesis.fit.residual.T, hypothesis.fit.memory, strict=True
+        _friction_torque(hypothesis).T, hypothesis.fit.residual.T, hypothesis.fit.memory, strict=True
     ):
         parts = [(friction[some], left[some]) for some in (recording == one for one in numbers)]
         squares = np.array([f @ f for f, _ in parts])
@@ -65,13 +65,13 @@ def friction_between(hypothesis: Hypothesis) -> tuple[FrictionBetween | None, ..
     return tuple(found)
 
 
-def friction_torque(hypothesis: Hypothesis) -> Array:
+def _friction_torque(hypothesis: Hypothesis) -> Array:
     """The friction torque (M, n) [N m|N] of the extended model in the weighted rows."""
     problem = hypothesis.problem
-    total = torque_of(hypothesis, problem.model.theta * np.any(friction_places(problem.model), axis=0))
+    total = _torque_of(hypothesis, problem.model.theta * np.any(friction_places(problem.model), axis=0))
     total += moved_friction(hypothesis)
     for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
-        if one.candidate is not CONTACT and one.effect.family is Family.FRICTION:
+        if one.effect.family is Family.FRICTION:
             total += hypothesis.columns(one.candidate, one.effect).torque(values)
     return total
 
@@ -81,13 +81,17 @@ def moved_friction(hypothesis: Hypothesis) -> Array:
     problem = hypothesis.problem
     freedom = problem.freedom
     moved = freedom.map @ hypothesis.fit.x[: len(freedom.prior)]
-    return torque_of(hypothesis, moved * np.any(friction_places(problem.model), axis=0))
+    return _torque_of(hypothesis, moved * np.any(friction_places(problem.model), axis=0))
 
 
-def torque_of(hypothesis: Hypothesis, theta: Array) -> Array:
+def _torque_of(hypothesis: Hypothesis, theta: Array) -> Array:
     """The torque (M, n) [N m|N] that some values of the model's parameters (p,) make in the weighted rows."""
-    columns = []
-    for joint in hypothesis.problem.regressor.joints:
+    total = np.zeros(hypothesis.fit.residual.shape)
+    for j, joint in enumerate(hypothesis.problem.regressor.joints):
+        values = np.zeros(len(joint.columns))
         own = joint.columns < len(theta)
-        columns.append(joint.values[:, own] @ theta[joint.columns[own]])
-    return np.column_stack(columns)
+        values[own] = theta[joint.columns[own]]
+        if values.any():
+            for some in steps(len(total)):
+                total[some, j] = joint.some(some) @ values
+    return total
