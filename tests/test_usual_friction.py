@@ -168,7 +168,9 @@ def judged_along_another_motion(model: pid.Estimate, level: float, names: list[s
         effect = one.options[0].effect
         assert effect is not None
         accepted.append(AcceptedEffect(one, effect))
-    usual = UsualFriction(joint=0.07, arm=0.07, offset=0.02, spread=0.025, offset_spread=0.007, recordings=BEFORE)
+    usual = UsualFriction(
+        joint=0.07, arm=0.07, offset=0.02, spread=0.025, offset_spread=0.007, freedom=8, recordings=BEFORE
+    )
     return [name for name, _ in differ_as_usual(settled_hypothesis(problem, accepted), usual)]
 
 
@@ -196,7 +198,7 @@ def test_what_friction_wanders_by_along_a_repeated_motion_is_not_left_by_a_cause
     problem = state_problem("different", model, comparison.signals, model.filter, 0, comparison=comparison)
     assert problem.all_compared
     state = settled_hypothesis(problem, ())
-    usual = UsualFriction(joint=0.1, arm=0.1, offset=0.1, spread=0.08, offset_spread=0.0, recordings=BEFORE)
+    usual = UsualFriction(joint=0.1, arm=0.1, offset=0.1, spread=0.08, offset_spread=0.0, freedom=8, recordings=BEFORE)
     rest = describe_unexplained(state)
     alone, beside = (
         expected_error(state, model, None, rest, wander) for wander in (None, friction_of_the_day(state, usual))

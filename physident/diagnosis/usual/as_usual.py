@@ -14,6 +14,7 @@ from physident.diagnosis.remainder.friction_between import moved_friction
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.stored_products import Key
+from physident.diagnosis.usual.other_joints import as_other_joints_show
 from physident.diagnosis.usual.usual_friction import FEWEST, UsualFriction, as_large
 from physident.dynamics.friction_parameters import friction_values
 from physident.recordings.signals import Signals
@@ -52,7 +53,8 @@ def usual_friction(hypothesis: Hypothesis, control: Sequence[Signals], partners:
         return None
     if not any(one.candidate is not CONTACT for one in hypothesis.accepted):
         return None
-    return UsualFriction.of(problem.model, control, problem.filter, partners or len(control))
+    usual = UsualFriction.of(problem.model, control, problem.filter, partners or len(control))
+    return as_other_joints_show(hypothesis, usual)
 
 
 def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict[Key, UsualChange]:

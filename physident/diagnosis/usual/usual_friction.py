@@ -30,13 +30,14 @@ class UsualFriction:
     """By which share of its friction a ``joint`` of a healthy arm differs at most on a new day from some recordings before, and the whole
     ``arm``, all joints of which differ alike: one of twenty healthy arms differs by more on any joint; at most a tenth. ``offset`` is the most of
     a joint's torque offset, as a share of the RMS of its friction. ``spread`` and ``offset_spread`` are standard deviations of a joint's
-    shares. So many ``recordings`` tell."""
+    shares, with so many degrees of ``freedom``. So many ``recordings`` tell."""
 
     joint: float
     arm: float
     offset: float
     spread: float
     offset_spread: float
+    freedom: int
     recordings: int
 
     @staticmethod
@@ -65,22 +66,23 @@ class UsualFriction:
 
         days = float(np.sqrt(1 / old + 1))
 
-        def of_joints(effect: Sequence[Array]) -> tuple[float, float]:
-            """The most, and the standard deviation, of a joint's share."""
+        def of_joints(effect: Sequence[Array]) -> tuple[float, float, int]:
+            """The most, the standard deviation, and its degrees of freedom, of a joint's share."""
             seen = [one for one in (scatter(effect, [j]) for j in range(n)) if one.count > 1]
             freedom = max(sum(one.count - 1 for one in seen), 1)
             spread = days * np.sqrt(sum(one.variance * (one.count - 1) for one in seen) / freedom)
-            return min(LARGEST, float(t.ppf(1 - UNUSUAL / (2 * n), freedom) * spread)), float(spread)
+            return min(LARGEST, float(t.ppf(1 - UNUSUAL / (2 * n), freedom) * spread)), float(spread), freedom
 
         whole = scatter(friction, range(n))
         arm = t.ppf(1 - UNUSUAL / 2, max(whole.count - 1, 1)) * np.sqrt(whole.variance) * days
-        (joint, spread), (offset, offset_spread) = of_joints(friction), of_joints(constant)
+        (joint, spread, freedom), (offset, offset_spread, _) = of_joints(friction), of_joints(constant)
         return UsualFriction(
             joint=joint,
             arm=min(LARGEST, float(arm)),
             offset=offset,
             spread=spread,
             offset_spread=offset_spread,
+            freedom=freedom,
             recordings=len(control),
         )
 
