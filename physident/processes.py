@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, TypeVar
 
 from physident.errors import InputError
@@ -12,6 +14,7 @@ from physident.errors import InputError
 T = TypeVar("T")
 R = TypeVar("R")
 VARIABLE = "PHYSIDENT_PROCESSES"
+_BUSY: ContextVar[bool] = ContextVar("_BUSY", default=False)  # while processes take turns, each of them works alone
 
 
 def processors() -> int:
@@ -36,7 +39,8 @@ def mapped(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
 
     def work(first: int, channel: Any) -> None:
         try:
-            channel.send(([function(item) for item in items[first::workers]], None))
+            with _busy():
+                channel.send(([function(item) for item in items[first::workers]], None))
         except BaseException as caught:
             channel.send(([], caught))
 
@@ -47,7 +51,8 @@ def mapped(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
         for process, (_, end) in zip(started, pipes, strict=True):
             process.start()
             end.close()  # the other end's only holder is the process: it is closed when that ends
-        results.append([function(item) for item in items[::workers]])
+        with _busy():
+            results.append([function(item) for item in items[::workers]])
         for process, (channel, _) in zip(started, pipes, strict=True):
             try:
                 found, error = channel.recv()
@@ -66,7 +71,18 @@ def mapped(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
 
 
 def _can_fork() -> bool:
-    return "fork" in multiprocessing.get_all_start_methods() and not multiprocessing.current_process().daemon
+    able = "fork" in multiprocessing.get_all_start_methods() and not multiprocessing.current_process().daemon
+    return able and not _BUSY.get()
+
+
+@contextmanager
+def _busy() -> Iterator[None]:
+    """Work during which no more processes are started: all processors have theirs."""
+    token = _BUSY.set(True)
+    try:
+        yield
+    finally:
+        _BUSY.reset(token)
 
 
 def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> None:
@@ -86,8 +102,9 @@ def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> N
     def work(first: int) -> None:
         error: Any = None
         try:
-            for item in items[first::workers]:
-                function(item)
+            with _busy():
+                for item in items[first::workers]:
+                    function(item)
         except BaseException as caught:
             error = caught
         channel.put(error)
@@ -96,8 +113,9 @@ def each(function: Callable[[T], object], items: Sequence[T], shared: bool) -> N
     for process in started:
         process.start()
     try:
-        for item in items[::workers]:
-            function(item)
+        with _busy():
+            for item in items[::workers]:
+                function(item)
         for process in started:
             process.join()
             if process.exitcode != 0:

@@ -13,7 +13,8 @@ from physident.dynamics.column_structure import ColumnStructure, kept_rows
 from physident.dynamics.model import Model, turning_speeds
 from physident.effects.effect import Column, Effect
 from physident.errors import InputError
-from physident.large_arrays import blocks, copied, empty, is_shared, triangle
+from physident.large_arrays import BLOCK, blocks, copied, empty, is_shared, triangle
+from physident.processes import each
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot
 
@@ -198,19 +199,25 @@ def build_regressor(
     torque, time = empty((total, robot.n)), empty(total)
     counted = np.ones((total, robot.n), dtype=bool)
     recording, segment = empty(total, np.intp), empty(total, np.intp)
-    first = segments = 0
-    for index, (one, recording_pieces) in enumerate(zip(signals, pieces, strict=True)):
-        for piece in recording_pieces:
-            if not len(piece.rows):
-                continue
-            part, rows = one.part(piece.samples), slice(first, first + len(piece.rows))
-            assert part.torque is not None
-            torque[rows] = filter.apply(part.torque.T, part.rate)[:, piece.rows].T
-            time[rows] = piece.times
-            recording[rows], segment[rows] = index, segments
-            structure.fill(values, first, part, piece.rows, filter)
-            counted[rows] = structure.counted(part, piece.rows, filter)
-            first, segments = rows.stop, segments + 1
+    first, filled = 0, [(index, piece) for index, some in enumerate(pieces) for piece in some if len(piece.rows)]
+    starts: list[int] = []
+    for number, (index, piece) in enumerate(filled):
+        part, rows = signals[index].part(piece.samples), slice(first, first + len(piece.rows))
+        assert part.torque is not None
+        torque[rows] = filter.apply(part.torque.T, part.rate)[:, piece.rows].T
+        time[rows] = piece.times
+        recording[rows], segment[rows] = index, number
+        counted[rows] = structure.counted(part, piece.rows, filter)
+        starts.append(first)
+        first = rows.stop
+
+    def fill(number: int) -> None:
+        index, piece = filled[number]
+        structure.fill(values, starts[number], signals[index].part(piece.samples), piece.rows, filter)
+
+    # of a long piece, the processes fill parts in turn
+    are_short = all(len(piece.rows) <= BLOCK for _, piece in filled)
+    each(fill, range(len(filled)), shared=are_short and is_shared(together))
     if not counted.all():  # a row that is not counted is zero on both sides
         for j in range(robot.n):
             values[j][:, ~counted[:, j]] = 0.0
