@@ -126,6 +126,8 @@ def test_a_curve_whose_level_gravity_may_take_is_a_cause_all_the_same(ur5: pid.R
         ("load_dependent_friction", "learned_velocity", False),
         ("coupled_friction", "learned_velocity", False),
         ("friction_level", "learned_velocity", False),
+        ("torque_constant", "learned_torque", True),
+        ("torque_constant", "learned_load", False),
         ("joint_spring", "learned_position", True),
         ("joint_spring", "torque_offset", True),  # where it is relaxed
         ("joint_spring", "viscous_friction", False),

@@ -279,14 +279,14 @@ def test_twins_want_silence(made: Callable[[str], Known]) -> None:
 
 def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made: Callable[[str], Known]) -> None:
     known = made("outside")
-    cause = outside_of(known.scene, known.trial.outside, known.trial.draw)
+    cause: Any = outside_of(known.scene, known.trial.outside, known.trial.draw)
     assert cause.kind == "gas_spring"
     (there,) = cause.joints
     elsewhere = 1 if there != 1 else 2
 
-    def outcome(*findings: Any, described: tuple[int, ...] = ()) -> tuple[bool, ...]:
+    def outcome(*findings: Any, described: tuple[int, ...] = (), of: Any = cause) -> tuple[bool, ...]:
         told = answer(*findings, described=described)
-        s = score_outside(known.scene, known.trial, cause, known.changed, told)
+        s = score_outside(known.scene, known.trial, of, known.changed, told)
         return s.wrong, s.joint, s.right_description, s.silent
 
     assert outcome() == (False, False, False, True)
@@ -299,6 +299,12 @@ def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made:
     assert outcome(finding("learned_position", (there,))) == (False, True, True, False)
     assert outcome(finding("learned_time", (there,))) == (True, True, False, False)
     assert outcome(finding("learned_load", (elsewhere,))) == (True, False, False, False)
+    # a sensor that follows slowly is late, and a bend of its channel may be called a curve over the load or the torque
+    slow, bent = replace(cause, kind="sensor_lag", variable="other"), replace(cause, kind="saturation", variable="load")
+    assert outcome(finding("torque_delay", (there,)), of=slow) == (False, True, True, False)
+    assert outcome(finding("torque_delay", (elsewhere,)), of=slow) == (True, False, False, False)
+    for name in ("learned_load", "learned_torque"):
+        assert outcome(finding(name, (there,)), of=bent) == (False, True, True, False)
 
 
 def rows_of(monkeypatch: pytest.MonkeyPatch, made: Callable[[str], Known], right: bool) -> list[dict[str, Any]]:

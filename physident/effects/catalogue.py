@@ -27,6 +27,7 @@ from physident.effects.learned.curves import (
     LearnedPositionFriction,
     LearnedTemperature,
     LearnedTime,
+    LearnedTorque,
     LearnedVelocity,
 )
 from physident.effects.measurement import (
@@ -80,6 +81,7 @@ CATALOGUE: dict[str, Any] = {
         LearnedPositionFriction,
         LearnedVelocity,
         LearnedLoad,
+        LearnedTorque,
         LearnedTemperature,
         LearnedTime,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Variable = Literal["position", "velocity", "load", "temperature", "time"]
+Variable = Literal["position", "velocity", "load", "torque", "temperature", "time"]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, Scope, every_joint_pattern
+from physident.effects.classification import Family, Scope, Variable, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
@@ -25,6 +25,7 @@ class TorqueConstant(Effect):
 
     name: ClassVar[str] = "torque_constant"
     unit: ClassVar[str] = "1"
+    variable: ClassVar[Variable | None] = "torque"
     family: ClassVar[Family] = Family.MEASUREMENT
     acts_on: ClassVar = "measurement"
     needs_model: ClassVar[bool] = True

@@ -112,7 +112,7 @@ def _curves(model: Model, name: str, joint: int | None) -> list[LearnedCurve]:
         )
     if found[0].variable == "time":
         raise InputError(
-            f"{name} is a curve over time, which every motion covers; expected a curve over position, velocity or load"
+            f"{name} is a curve over time, which every motion covers; expected a curve over position, velocity, torque or load"
         )
     return found
 

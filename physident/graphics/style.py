@@ -52,6 +52,7 @@ EFFECTS = {
     "learned_position_friction": "#0069A5",
     "learned_velocity": "#FF4B69",
     "learned_load": "#877887",
+    "learned_torque": "#18C0D8",
     "learned_time": "#875A3C",
     "learned_temperature": "#F0964B",
 }

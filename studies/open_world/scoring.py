@@ -29,6 +29,9 @@ LAWS = {  # effects of the catalogue whose own description names the thing, thou
     **dict.fromkeys(("Cable", "DressPack"), "joint_spring"),
     **dict.fromkeys(("Cogging", "WanderingCogging"), "torque_ripple"),
 }
+MEANT_FOR = {
+    "sensor_lag": "torque_delay"
+}  # causes outside that an effect of the catalogue is meant for, though by another law
 FALLS = 1.05  # breakaway over sliding friction from which a velocity law's dip is worth a name
 
 
@@ -130,9 +133,10 @@ def score_outside(
     causes, rest = split(diagnosis)
     seen = cause.joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
     curves = {(name, (j,)) for name in _curves(cause) for j in seen}
-    own = true_of(scene) | curves
+    names = curves | {(MEANT_FOR[cause.kind], (j,)) for j in seen if cause.kind in MEANT_FOR}
+    own = true_of(scene) | names
     false = [f for f in causes if not all(_any(claim, own) for claim in claims(f))]
-    right = [f for f in causes if any(_any(claim, curves) for claim in claims(f))]
+    right = [f for f in causes if any(_any(claim, names) for claim in claims(f))]
     described, words = descriptions(diagnosis)
     placed = {j for f in (*false, *right, *rest) for j in f.joints} | set(described)
     return OutsideScore(
@@ -153,7 +157,10 @@ def _curves(cause: OutsideCause) -> set[str]:
     """The learned effects that describe a cause from outside rightly: a curve of its variable; what is tight in places is friction there."""
     if cause.variable == "other":
         return set()
-    return {"learned_position_friction" if cause.kind == "tight_spot" else f"learned_{cause.variable}"}
+    if cause.kind == "tight_spot":
+        return {"learned_position_friction"}
+    # what a drive or a sensor makes of its torque, and what a gear makes of its load
+    return {"learned_load", "learned_torque"} if cause.variable == "load" else {f"learned_{cause.variable}"}
 
 
 def score_twin(scene: Scene, diagnosis: Any) -> TwinScore:

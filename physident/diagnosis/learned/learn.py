@@ -97,22 +97,48 @@ def _with_replacements(
 ) -> Hypothesis:
     """The hypothesis with a curve in the place of each joint's laws of one quantity, where these explain clearly less."""
     for joint in range(1, now.problem.model.robot.n + 1):
-        for variable in ("position", "velocity", "load", "temperature", "time"):
-            laws = [one for one in now.accepted if _is_law(now, one, joint, variable)]
-            if not laws:
-                continue
-            rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
-            curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == variable], threshold)
-            if curve is not None and is_admissible(rest, curve) and _is_clearly_better(now, rest, curve):
-                law = _law_of_its_shape(rest, curve)
-                if law is not None and law.candidate.key in {one.candidate.key for one in laws}:
-                    continue
-                new = law or AcceptedEffect(curve, with_own_width(rest, curve, _effect(curve)))
-                progress(
-                    f"{'added' if law else 'learned'} {placed(new)} in the place of {', '.join(map(placed, laws))}"
-                )
-                now = state_hypothesis(now.problem, (*rest.accepted, new), now.model, now.data)
+        for variable in ("position", "velocity", "load", "torque", "temperature", "time"):
+            for laws in _laws_together(now, joint, variable):
+                replaced = _with_replacement(now, pool, threshold, laws, joint, variable, progress)
+                if replaced is not now:
+                    now = replaced
+                    break
     return now
+
+
+def _laws_together(now: Hypothesis, joint: int, variable: str) -> list[list[AcceptedEffect]]:
+    """The laws of a joint that a curve may replace, most of them first. A bend of the torque is imitated by a gain and friction that grows with the
+    load, together."""
+    laws = [one for one in now.accepted if _is_law(now, one, joint, variable)]
+    more = [one for one in now.accepted if variable == "torque" and _is_law(now, one, joint, "load")]
+    return [some for some in ([*laws, *more] if more else [], laws) if some and laws]
+
+
+def _with_replacement(
+    now: Hypothesis,
+    pool: CurvePool,
+    threshold: float,
+    laws: Sequence[AcceptedEffect],
+    joint: int,
+    variable: str,
+    progress: Callable[[str], None],
+) -> Hypothesis:
+    """The hypothesis with a curve in the place of some laws of a joint, where these explain clearly less; as it is elsewhere."""
+    rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
+    curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == variable], threshold)
+    if curve is None or not is_admissible(rest, curve):
+        return now
+    is_one_for_several = (
+        len({one.effect.variable for one in laws}) > 1
+    )  # the shorter description wins where it predicts better at all
+    if not (_is_better(now, rest, curve) if is_one_for_several else _is_clearly_better(now, rest, curve)):
+        return now
+    law = _law_of_its_shape(rest, curve)
+    if law is not None and law.candidate.key in {one.candidate.key for one in laws}:
+        return now
+    new = law or AcceptedEffect(curve, with_own_width(rest, curve, _effect(curve)))
+    progress(f"{'added' if law else 'learned'} {placed(new)} in the place of {', '.join(map(placed, laws))}")
+    return state_hypothesis(now.problem, (*rest.accepted, new), now.model, now.data)
 
 
 def _with_laws_of_their_shape(now: Hypothesis, progress: Callable[[str], None]) -> Hypothesis:
@@ -178,6 +204,11 @@ def _smoothest(rest: Hypothesis, candidates: Sequence[Candidate], threshold: flo
     best = int(np.argmax(gains.evidence[:, 0]))
     shown = gains.visible[best] >= VISIBLE and gains.evidence_without_best_fold[best, 0] > threshold
     return candidates[best] if shown else None
+
+
+def _is_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:
+    """Whether left-out rows are predicted better with a curve than with the laws in its place, be it by chance."""
+    return bool(np.sum(left_out_costs(rest, curve, now.fit.weights) - left_out_costs(now, None)) < 0)
 
 
 def _is_clearly_better(now: Hypothesis, rest: Hypothesis, curve: Candidate) -> bool:

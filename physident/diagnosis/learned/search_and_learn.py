@@ -30,7 +30,7 @@ from physident.estimation.uncertainty import correlation_rows
 Array = NDArray[np.float64]
 SHORTER = 0.5  # of the rows that were remembered: a sum of autocorrelations scatters by half of it
 LITTLE = 0.1  # of what all candidates leave of a joint's power: a memory is that of most of the power, so it was that of what was found
-STATE = ("position", "velocity", "load")  # of curves that are none over time, which takes any slow noise
+STATE = ("position", "velocity", "load", "torque")  # of curves that are none over time, which takes any slow noise
 
 
 def search_and_learn(problem: DiagnosisProblem, progress: Callable[[str], None] = lambda _: None) -> SearchResult:

@@ -23,6 +23,7 @@ from physident.effects.catalogue import effect_scope
 from physident.effects.classification import Family, Scope
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
+from physident.effects.learned.curves import LearnedTorque
 from physident.effects.measurement import LateFriction, LeakingChannels, TorqueConstant, TorqueDelay
 from physident.effects.scales.friction_level import FrictionLevel
 from physident.effects.scales.torque_scale import TorqueScale
@@ -132,9 +133,9 @@ def is_admissible(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def is_not_imitated(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a candidate is no leak between channels, no lag of friction alone, and no scale of friction alone."""
+    """Whether a candidate is no leak between channels, no lag of friction alone, no scale of friction alone, and not how friction turns."""
     as_a_whole = lags_as_a_whole(hypothesis, candidate) and scales_as_a_whole(hypothesis, candidate)
-    return as_a_whole and holds_against_leaks(hypothesis, candidate)
+    return as_a_whole and acts_while_sliding(hypothesis, candidate) and holds_against_leaks(hypothesis, candidate)
 
 
 def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
@@ -159,10 +160,22 @@ def scales_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     return bool(gain.sum() > standard_error(gain))
 
 
-def _cost_of(hypothesis: Hypothesis, effect: Effect) -> Array:
-    """Squared left-out residual (G, n) of each block with an effect that no prior holds, in units of the hypothesis' noise."""
+def acts_while_sliding(hypothesis: Hypothesis, candidate: Candidate) -> bool:
+    """Whether a curve over the torque predicts left-out rows better than one that acts at reversals alone, by more than its standard error over
+    blocks: the torque of dry friction passes values there that it has at no other time. True of any other candidate."""
+    (option, *_) = candidate.options
+    if not isinstance(option.effect, LearnedTorque):
+        return True
+    gain = _cost_of(hypothesis, option.effect.at_reversals(), option.prior) - left_out_costs(hypothesis, candidate)
+    return bool(gain.sum() > standard_error(gain.sum(axis=1)))
+
+
+def _cost_of(hypothesis: Hypothesis, effect: Effect, prior: Array | None = None) -> Array:
+    """Squared left-out residual (G, n) of each block with an effect whose values have a ``prior`` precision (k,), by default none, in units of
+    the hypothesis' noise."""
     columns = hypothesis.problem.fresh_columns(effect, hypothesis.model)
-    return hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(columns, np.zeros(columns.count))
+    held = np.zeros(columns.count) if prior is None else prior
+    return hypothesis.fit.weights**2 * hypothesis.left_out_fits.squares_of_blocks(columns, held)
 
 
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
@@ -193,7 +206,7 @@ def _with_leaks(hypothesis: Hypothesis, candidate: Candidate, alike: Columns) ->
         return None
     effect = candidate.options[0].effect
     if isinstance(effect, TorqueConstant) or (
-        isinstance(effect, LearnedCurve) and effect.variable in ("position", "load")
+        isinstance(effect, LearnedCurve) and effect.variable in ("position", "load", "torque")
     ):
         assert effect.joints is not None
         return hypothesis.problem.fresh_columns(LeakingChannels(effect.joints), hypothesis.model)

@@ -146,13 +146,15 @@ class LearnedVelocity(LearnedCurve):
 
 @dataclass(frozen=True)
 class LearnedLoad(LearnedCurve):
-    """tau_j = f_j(tau_load_j): what a drive or a sensor makes of its load, such as a dead band or a saturation; f in N m."""
+    """tau_j = f_j(tau_load_j), tau_load the torque of inertia and gravity: what a gear or a counterbalance makes of its load; f in N m."""
 
     name: ClassVar[str] = "learned_load"
     label: ClassVar[str] = "a torque that depends on the load"
     variable: ClassVar[Variable | None] = "load"
     signature: ClassVar[str] = "a curve over the torque of inertia and gravity"
-    mistaken_for: ClassVar[str] = "torque_constant: a straight line"
+    mistaken_for: ClassVar[str] = (
+        "learned_torque: move both ways under each load, so that friction tells load and torque apart"
+    )
     needs_model: ClassVar[bool] = True
     pieces: ClassVar[int] = 12
     quantity_unit: ClassVar[str] = "N m"
@@ -174,6 +176,44 @@ class LearnedLoad(LearnedCurve):
 
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return self._values(robot, signals, load)
+
+
+@dataclass(frozen=True)
+class LearnedTorque(LearnedLoad):
+    """tau_j = f_j(tau_m_j): what a drive or a sensor makes of its torque, such as a dead band or a saturation; f in N m.
+
+    tau_m is the model's torque without measurement effects, friction included.
+    """
+
+    name: ClassVar[str] = "learned_torque"
+    label: ClassVar[str] = "a measured torque that depends on the torque"
+    variable: ClassVar[Variable | None] = "torque"
+    acts_on: ClassVar = "measurement"
+    signature: ClassVar[str] = "a curve over the torque of the drive"
+    mistaken_for: ClassVar[str] = "torque_constant: a straight line"
+    dependence: ClassVar[str] = "the torque of the drive"
+
+    def quantity(self, signals: Signals) -> Array | None:
+        return signals.motor
+
+    def quantity_source(self, robot: Robot) -> str:
+        return "motor"
+
+    def at_reversals(self) -> TorqueAtReversals:
+        """The same curve while the sign of velocity turns alone."""
+        return TorqueAtReversals(**vars(self))
+
+
+@dataclass(frozen=True)
+class TorqueAtReversals(LearnedTorque):
+    """tau_j = f_j(tau_m_j) (1 - abs(sgn v_j)): a curve over the torque that acts while the sign of velocity turns, and nowhere else.
+
+    It is no effect of the catalogue, but what a curve over the torque is held against: at a reversal the torque passes values that it has at no
+    other time, and a curve there stands for how friction turns.
+    """
+
+    def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
+        return 1.0 - np.abs(sign_of_velocity(signals, joints))
 
 
 @dataclass(frozen=True)
