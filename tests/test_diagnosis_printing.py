@@ -167,6 +167,14 @@ def test_a_difference_of_two_recordings_errs_as_both() -> None:
     assert beside.times_own == pytest.approx(1.0, abs=0.05)
 
 
+def test_what_a_model_errs_by_along_other_motions_is_not_usual_along_the_same() -> None:
+    """Along a motion from before the errors of the model are taken off: a joint that is five times its own error has changed there."""
+    own = OwnError(rms=np.array([0.2]), times=np.array([9.0]))
+    other, partly, same = (beside_own([remainder(1)], own, np.ones((4, 1)), share)[0] for share in (0.0, 0.5, 1.0))
+    assert (other.grown, partly.grown, same.grown) == (False, False, True)
+    assert same.usual_times is None
+
+
 def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
     """Of recordings without noise the model leaves a billionth: beside what a sensor tells apart, that is nothing."""
     (beside,) = beside_own(

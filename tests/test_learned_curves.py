@@ -199,6 +199,8 @@ def test_a_model_with_curves_survives_its_file(ur5: pid.Robot, runs: list[pid.Re
     ("settings", "said"),
     [
         ({"low": (1.0,), "high": (0.0,)}, "expected low below high"),
+        ({"low": (-np.inf,), "high": (0.0,)}, "expected low below high, both finite"),
+        ({"low": (1.0,)}, "expected both or neither"),
         ({"amplitude": (0.0,)}, "expected positive"),
         ({"amplitude": (float("nan"),)}, "expected positive"),
         ({"ceiling": (-1.0,)}, "expected positive"),

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.effects.learned.curves import LearnedTorque
 from tests.serial_arms import ARMS, urdf
 
 pytestmark = pytest.mark.slow
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 DRY, DRAG = np.array([1.5, 0.8]), np.array([1.0, 0.5])  # N m, N m s/rad
 JOINT, BAND, MOST = 1, 1.2, 16.0  # N m: of the shoulder, that the sensor does not show, and at which the iron saturates
 GAIN = 1.08
+END = 10.0  # N m, at which a sensor's range ends
 
 
 def dead_band(tau: Array) -> Array:
@@ -30,12 +32,21 @@ def saturated(tau: Array) -> Array:
     return tau * (1 + np.abs(tau / MOST) ** 4) ** 0.25
 
 
+def clipped(tau: Array) -> Array:
+    """What a sensor shows whose range ends far below the largest torque."""
+    return np.clip(tau, -END, END)
+
+
 def scaled(tau: Array) -> Array:
     return GAIN * tau
 
 
 def recorded(
-    seed: int, shown: Callable[[Array], Array] | None = None, more: float = 1.0, by_load: float = 0.0, day: int = 1
+    seed: int,
+    shown: Callable[[Array], Array] | None = None,
+    more: float = 1.0,
+    by_load: float = 0.0,
+    day: int = 1,
 ) -> pid.Recording:
     """Two joints with parallel axes along random motions, rigid torque by pinocchio: the shoulder's channel is what it has ``shown`` of its
     torque, its friction is ``more`` than before, and grows ``by_load``; each ``day`` has noise of its own."""
@@ -113,3 +124,16 @@ def test_friction_is_no_curve_over_the_torque(healthy: pid.Estimate) -> None:
 
 def test_a_healthy_arm_has_none(healthy: pid.Estimate) -> None:
     assert not pid.diagnose_motion(healthy, [recorded(seed) for seed in (4, 5)]).causes
+
+
+def test_a_curve_reaches_as_far_as_the_torque_that_a_sensor_does_not_show(robot: pid.Robot) -> None:
+    """The measured torque ends where the sensor's range does; that of the drive, of which it is a function, goes on."""
+    runs, held = [recorded(seed, clipped) for seed in (1, 2, 3)], recorded(4, clipped)
+    true = np.abs(np.concatenate([recorded(seed).effort[:, JOINT - 1] for seed in (1, 2, 3)])).max()
+    assert true > 1.3 * END
+    default = pid.identify(robot, runs).model.effects
+    open_range, shown_range = LearnedTorque((JOINT,)), LearnedTorque((JOINT,), low=(-END,), high=(END,))
+    whole, short = (pid.identify(robot, runs, effects=[*default, curve]) for curve in (open_range, shown_range))
+    low, high = next(e for e in whole.model.effects if isinstance(e, LearnedTorque)).ends(robot)
+    assert max(-low, high) == pytest.approx(true, rel=0.1)
+    assert pid.validate(whole, held).rms[JOINT - 1] < 0.6 * pid.validate(short, held).rms[JOINT - 1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from physident.cli import run
 from physident.diagnosis.result.saved import read_diagnosis
 from physident.effects.hysteresis import PreslidingHysteresis
 from physident.effects.inertia import Payload
+from physident.effects.learned.curves import LearnedTorque
 from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.formats.csv import write_csv
 from physident.replay.replay import replay
@@ -129,6 +131,44 @@ def test_the_drives_torque_solves_the_measurement() -> None:
     drive = drive_torque(model, windows)
     again = drive * (1 + model.parameters("torque_constant")) + model.parameters("torque_offset")
     np.testing.assert_allclose(again, windows.torque, atol=1e-6)
+
+
+def bent(shown: Callable[[np.ndarray], np.ndarray], most: float) -> pid.Model:
+    """The arm whose channel of joint 2 shows a function of the drive's torque, up to ``most`` [N m], as a learned curve holds it."""
+    curve = LearnedTorque((2,), low=(-most,), high=(most,), amplitude=(most,))
+    x = np.linspace(-most, most, 500)
+    modes = curve.shapes_at(pid.load_robot("ur5"), x)
+    return arm(curve, extra=tuple(np.linalg.lstsq(modes, shown(x) - x, rcond=None)[0]))
+
+
+def test_a_channel_that_shows_several_times_the_torque_is_undone() -> None:
+    """Of iron that saturates: the current grows by several times of what the torque does, and is still one for each torque."""
+    model = bent(lambda tau: tau * (1 + np.abs(tau / 30) ** 4) ** 0.25, 120.0)
+    plain = arm()
+    signals = pid.prepare(recorded(plain), pid.Filter())
+    assert signals.torque is not None
+    true = signals.torque - plain.parameters("torque_offset")
+    x = np.linspace(-200, 200, 100001)
+    curve, theta = next((e, theta) for e, theta in model.effect_parameters() if e.name == "learned_torque")
+    assert isinstance(curve, LearnedTorque)
+    shown = x + curve.shapes_at(plain.robot, x) @ theta
+    assert np.diff(shown).min() > 0
+    assert np.gradient(shown, x).max() > 4
+    measured = signals.torque.copy()
+    measured[:, 1] = np.interp(true[:, 1], x, shown) + plain.parameters("torque_offset")[1]
+    windows = cut_windows([replace(signals, torque=measured)], 0.5, 0.5)
+    right = cut_windows([replace(signals, torque=true)], 0.5, 0.5)
+    np.testing.assert_allclose(drive_torque(model, windows), right.torque, atol=0.05)
+
+
+def test_a_dead_band_is_told() -> None:
+    """No torque inside it can be told from another one."""
+    model = bent(lambda tau: tau - np.clip(tau, -20, 20), 120.0)
+    signals = pid.prepare(recorded(arm()), pid.Filter())
+    assert signals.torque is not None
+    near = replace(signals, torque=0.2 * signals.torque)
+    with pytest.warns(pid.PhysidentWarning, match=r"does not tell the torque of the drive.*joint 2 for"):
+        drive_torque(model, cut_windows([near], 0.5, 0.5))
 
 
 def test_windows_stay_inside_the_motion_and_beside_the_gaps(recording: pid.Recording) -> None:

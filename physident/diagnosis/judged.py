@@ -14,7 +14,7 @@ from physident.diagnosis.graded import Graded, graded_beside_what_stays
 from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import sizes_of_changes
 from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
-from physident.diagnosis.grading.holdout import held_to_unseen
+from physident.diagnosis.grading.holdout import held_to_unseen, saying_what_is_beyond
 from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.folds import leaves_out_recordings
@@ -111,7 +111,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
         unexplained = beside_own(unexplained, asked.own_error, hypothesis.torque, float(compared))
     return Judged(
-        findings=findings,
+        findings=saying_what_is_beyond(sure, findings, asked.holdout, asked.drive_gains),
         old=_with_reason(searched.last.hypothesis, old, usual),
         patchwork=patchwork,
         sure=sure,

@@ -20,7 +20,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.estimators import Estimator, make_estimator
 from physident.estimation.least_squares import least_squares
 from physident.estimation.regressor_fit import fit_with_rests, shared_layout
-from physident.estimation.shapes.curve_priors import placed
+from physident.estimation.shapes.curve_priors import are_near, is_placed_by_model, placed
 from physident.estimation.shapes.shape_parameters import settle
 from physident.estimation.shapes.shape_uncertainty import ShapeSensitivities, shape_sensitivities
 from physident.large_arrays import magnitude
@@ -35,6 +35,7 @@ from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
 
 Array = NDArray[np.float64]
+PLACED = 3  # times again at most: each fit gives the torque whose range the next one's curves have
 
 
 @one_thread
@@ -70,12 +71,21 @@ def identify(
     warnings = warn_of_setup(robot, recordings)
     _refuse_free_scale(robot, initial)
     _refuse_still_joints(robot, initial, signals)
-    initial = placed(robot, initial, signals)
-    settled, regressor = settle(robot, initial, signals, filter)
-    _refuse_brief(recordings, regressor)
-    estimate, rows, signals = fit_with_rests(robot, settled, regressor, signals, recordings, estimator, filter, columns)
-    settled = estimate.model.effects
-    sensitivities = shape_sensitivities(robot, initial, settled, estimate.theta, signals, filter)
+
+    def fit(effects: tuple[Effect, ...]) -> tuple[Estimate, Regressor, Sequence[Signals]]:
+        settled, regressor = settle(robot, effects, signals, filter)
+        _refuse_brief(recordings, regressor)
+        return fit_with_rests(robot, settled, regressor, signals, recordings, estimator, filter, columns)
+
+    given, initial = initial, placed(robot, initial, signals)
+    fitted = fit(initial)
+    for _ in range(PLACED if any(map(is_placed_by_model, given)) else 0):
+        again = placed(robot, given, signals, fitted[0].model)
+        if are_near(again, initial):
+            break
+        initial, fitted = again, fit(again)
+    estimate, rows, turned = fitted
+    sensitivities = shape_sensitivities(robot, initial, estimate.model.effects, estimate.theta, turned, filter)
     return replace(with_shape_uncertainty(estimate, rows, sensitivities), warnings=warnings)
 
 

@@ -17,6 +17,9 @@ from physident.identifiability.base_parameters import BaseParameters
 from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
+ROUNDING = (
+    1e-9  # of the largest column: what is left of a joint that rests is rounding of its position, and no equation
+)
 MAX_ITERATIONS = 500  # a model that lacks most of the torque, as one without friction, takes more than 80
 SETTLED = 1e-6  # relative change of the noise's size between iterations
 
@@ -118,8 +121,9 @@ class Step:
 def solve_step(regressor: Regressor, base: BaseParameters, weights: Array | None, start: Array) -> Step:
     factor = compress(regressor, base, weights)
     scale = np.linalg.norm(factor.R, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    U, singular, Vt = np.linalg.svd(factor.R / scale)
+    says = scale > ROUNDING * scale.max(initial=0.0)
+    scale = np.where(says, scale, 1.0)
+    U, singular, Vt = np.linalg.svd(says * factor.R / scale)
     kept = singular > RANK_TOLERANCE * singular[0]
     step = Vt[kept].T @ ((U[:, kept].T @ (factor.z - factor.R @ start)) / singular[kept])
     lost = np.abs(Vt[~kept]).max(axis=0, initial=0.0)

@@ -170,6 +170,8 @@ def _covered(model: Model, curve: LearnedCurve, wide: LearnedCurve, states: Sign
     assert x is not None
     before = curve.ends(robot)
     reached = (min(float(x[:, j].min()), before[0]), max(float(x[:, j].max()), before[1]))
+    ends = wide.ends(robot)  # of random motions: a designed one may go beyond
+    possible = (min(ends[0], reached[0]), max(ends[1], reached[1]))
     return Covered(
-        joint=j + 1, unit=curve.unit_of_quantity(robot, j), before=before, reached=reached, possible=wide.ends(robot)
+        joint=j + 1, unit=curve.unit_of_quantity(robot, j), before=before, reached=reached, possible=possible
     )

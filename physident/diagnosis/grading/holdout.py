@@ -10,17 +10,21 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import is_shown_by_comparison, members, without_effects
 from physident.diagnosis.repeated.comparison import compare_with_control
+from physident.diagnosis.result.advice import beyond_range_words
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.model import Model
+from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
-from physident.estimation.results.predictions import predictions_of
+from physident.estimation.results.predictions import Predictions, predictions_of
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 UNSEEN = "not confirmed on unseen data"
+JUDGED = 0.1  # of a joint's rows where its curves were learned: fewer are a stretch or two, which decide nothing
+NOTICED = 0.1  # of a joint's rows beyond them: fewer change no error that anybody compares
 
 
 def held_to_unseen(
@@ -36,7 +40,7 @@ def held_to_unseen(
     belongs to its own recording and stays.
 
     What a comparison with the ``control`` shows is judged by unseen recordings that are compared too, and stays where there is none:
-    along any other motion the model errs by more than what has changed.
+    along any other motion the model errs by more than what has changed. A joint with a curve is judged where that was learned.
     """
     if not holdout:
         return tuple(findings)
@@ -61,7 +65,7 @@ def errs_more_where(
     """Whether a refitted model errs by more than the problem's model on the joints of each group: what fitted rows leave open
     between an effect and gravity, two fits settle differently, and only one of them is handed on."""
     signals = _prepared(hypothesis, holdout, drive_gains)
-    before, after = (_errors(hypothesis, model, signals) for model in (hypothesis.problem.model, refitted))
+    before, after = _errors(hypothesis, (hypothesis.problem.model, refitted), signals, refitted)
     where = [_joints(hypothesis, group) if group else [] for group in groups]
     return [bool(after[joints].sum() > before[joints].sum()) for joints in where]
 
@@ -74,9 +78,45 @@ def _prepared(
     return prepare_all(problem.model.robot, with_torque, problem.filter)
 
 
-def _errors(hypothesis: Hypothesis, model: Model, signals: Sequence[Signals]) -> Array:
-    """Mean squared error (n,) of a model on some signals, in units of the noise."""
-    return (predictions_of(model, signals, hypothesis.problem.filter).rms / hypothesis.fit.sigma) ** 2
+def _errors(hypothesis: Hypothesis, models: Sequence[Model], signals: Sequence[Signals], learned: Model) -> list[Array]:
+    """Mean squared errors (n,) of models on some signals, in units of the noise, over the rows where the curves of one were
+    ``learned``; zero of a joint with hardly any such rows."""
+    every = [predictions_of(model, signals, hypothesis.problem.filter) for model in models]
+    rows = every[0].counted & _where_learned(learned, signals, every[0])
+    rows &= rows.sum(axis=0) >= JUDGED * every[0].counted.sum(axis=0)
+    return [(one.restricted(rows).rms / hypothesis.fit.sigma) ** 2 for one in every]
+
+
+def _where_learned(model: Model, signals: Sequence[Signals], predictions: Predictions) -> NDArray[np.bool_]:
+    """The rows (M, n) of predictions of signals in which every curve of a model is within the range it was learned in."""
+    result = np.ones_like(predictions.counted)
+    curves = [effect for effect in model.effects if isinstance(effect, LearnedCurve)]
+    for k, one in enumerate(signals if curves else ()):
+        rows, referred = predictions.recording == k, model.refer(one)
+        at = np.minimum(np.searchsorted(one.time, predictions.time[rows]), len(one.time) - 1)
+        result[rows] = np.all([curve.was_learned(model.robot, referred)[at] for curve in curves], axis=0)
+    return result
+
+
+def saying_what_is_beyond(
+    hypothesis: Hypothesis,
+    findings: Sequence[Finding],
+    holdout: Sequence[Recording],
+    drive_gains: tuple[float, ...] | None,
+) -> tuple[Finding, ...]:
+    """The findings, with advice on those whose curve a holdout leaves: there it was not judged."""
+    if not holdout or not any(finding.curves for finding in findings):
+        return tuple(findings)
+    model, signals = hypothesis.extension.model, _prepared(hypothesis, holdout, drive_gains)
+    predictions = predictions_of(model, signals, hypothesis.problem.filter)
+    rows = (predictions.counted & ~_where_learned(model, signals, predictions)).sum(axis=0)
+    left = rows / np.maximum(predictions.counted.sum(axis=0), 1)
+    return tuple(
+        replace(one, advice=" ".join(filter(None, [beyond_range_words(one.effect, share), one.advice])))
+        if one.curves and one.grade != "hint" and (share := float(left[[j - 1 for j in one.joints]].max())) > NOTICED
+        else one
+        for one in findings
+    )
 
 
 def _joints(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:
@@ -102,8 +142,8 @@ def made_worse(
             result.append(False)
             continue
         joints = _joints(hypothesis, group)
-        models = (one.extension.model for one in (hypothesis, without_effects(hypothesis, group)))
+        models = [one.extension.model for one in (hypothesis, without_effects(hypothesis, group))]
         judged = [one for k, one in enumerate(beside.signals) if k in beside.compared or not compared]
-        whole, other = (_errors(hypothesis, model, judged) for model in models)
+        whole, other = _errors(hypothesis, models, judged, models[0])
         result.append(bool(np.sum(whole[joints]) > np.sum(other[joints])))
     return result

@@ -73,7 +73,7 @@ def joints_with_structure(hypothesis: Hypothesis) -> list[int]:
 
 def _finished(found: SearchResult, pool: CurvePool, now: Hypothesis, curves: Sequence[AcceptedEffect]) -> SearchResult:
     """The search with the curves among its candidates, those of the same joints as possible rivals, and without laws that they make
-    redundant."""
+    redundant. A law that takes as much as the curve does stays: the curve is what it leaves."""
     joints = {joint for one in curves for joint in one.candidate.joints}
     sizes = {one.candidate.key: one.candidate for one in curves}
     others = [
@@ -87,9 +87,22 @@ def _finished(found: SearchResult, pool: CurvePool, now: Hypothesis, curves: Seq
     hypothesis = state_hypothesis(problem, accepted, now.model)
     last = replace(found.last, hypothesis=hypothesis)
     kept = without_redundant(problem, hypothesis.accepted, last)
+    lost = [one for one in hypothesis.accepted if not any(one is other for other in kept)]
+    won = [one for one in lost if any(_takes_as_much(hypothesis, one, curve) for curve in kept)]
+    kept = tuple(one for one in hypothesis.accepted if any(one is other for other in (*kept, *won)))
     if len(kept) < len(hypothesis.accepted):
         hypothesis = state_hypothesis(problem, kept, now.model, hypothesis.data)
     return replace(found, accepted=kept, last=score_candidates(hypothesis))
+
+
+def _takes_as_much(hypothesis: Hypothesis, law: AcceptedEffect, curve: AcceptedEffect) -> bool:
+    """Whether an accepted law explains as much as an accepted curve of the same joint would in its place."""
+    if not isinstance(curve.effect, LearnedCurve) or law.candidate.joints != curve.candidate.joints:
+        return False
+    others = [one for one in hypothesis.accepted if one is not law and one is not curve]
+    rest = state_hypothesis(hypothesis.problem, others, hypothesis.model, hypothesis.data)
+    near = laws_by_share(rest, curve.candidate)
+    return any(one.is_enough for one in near if one.law.key == law.candidate.key)
 
 
 def _with_replacements(
@@ -167,6 +180,9 @@ def _with_one_story(now: Hypothesis, pool: CurvePool, threshold: float, progress
             continue
         rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in laws], now.model, now.data)
         curve = _smoothest(rest, [c for c in pool.candidates(rest, [joint]) if _variable(c) == "velocity"], threshold)
+        law = None if curve is None else _law_of_its_shape(rest, curve)
+        if law is not None and law.candidate.key in now.problem.present:
+            continue
         if curve is not None and is_admissible(rest, curve) and not _is_clearly_worse(now, rest, curve):
             new = AcceptedEffect(curve, with_own_width(rest, curve, _effect(curve)))
             progress(f"learned {placed(new)} in the place of {', '.join(map(placed, laws))}")

@@ -119,9 +119,10 @@ def beside_own(
     unexplained: Sequence[Unexplained], own: OwnError, torque: Array, compared: float
 ) -> tuple[Unexplained, ...]:
     """The same beside what a model leaves of its ``own`` recordings, where these are exact beside what a sensor would tell of
-    the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion."""
+    the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion; where all are, what the
+    model errs by along motions that it was not fitted to was taken off, and makes nothing usual."""
     sigma = np.maximum(own.rms, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared)
-    usual = [None] * len(sigma) if own.times is None else own.times.tolist()
+    usual = [None] * len(sigma) if own.times is None or compared == 1 else own.times.tolist()
     return tuple(
         replace(one, times_own=one.rms / float(sigma[one.joint - 1]), usual_times=usual[one.joint - 1])
         for one in unexplained

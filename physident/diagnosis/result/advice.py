@@ -1,4 +1,4 @@
-"""What would separate a finding from its rivals: the words of its signature, and the command that designs the motion."""
+"""What would tell more of a finding: what separates it from its rivals, and where its curve was not recorded."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from functools import cache
 
-from physident.diagnosis.result.findings import Rival
+from physident.diagnosis.result.findings import Finding, Rival
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import Detection
 from physident.errors import InputError
@@ -26,6 +26,22 @@ def separating_words(name: str, other: str) -> str:
     """What separates two effects, in the catalogue's words; empty where it has none."""
     signatures = ((other, CATALOGUE[name].mistaken_for), (name, CATALOGUE[other].mistaken_for))
     return next((text for rival, text in signatures if rival in text), "")
+
+
+def beyond_range_words(name: str, share: float) -> str:
+    """What it means that unseen recordings leave the range in which the curve of an effect was learned, for a share of their time."""
+    designed = CATALOGUE[name].variable in ("position", "velocity", "load", "torque")
+    how = "; physident design --cover plans a motion that goes there" if designed else ""
+    return (
+        f"For {100 * share:.0f} % of their time the unseen recordings are beyond the range in which this curve was learned, where it stays"
+        f" constant and was not judged{how}."
+    )
+
+
+def own_notes(finding: Finding) -> str:
+    """The advice of a finding but for what separates it from its first rival."""
+    other = other_rival(finding.effect, finding.rivals)
+    return finding.advice.removesuffix(separating_words(finding.effect, other.effect) if other else "").strip()
 
 
 def design_command(robot: Robot, model_file: str, name: str, joints: Sequence[int], other: Rival) -> str:

@@ -87,7 +87,7 @@ class CurveBand:
 class Finding:
     """A named cause: an effect on some joints (from 1; empty: the whole arm), with its values and its gain on left-out rows.
 
-    ``rivals`` could stand in its place, ``advice`` says what would separate them. A contact has ``intervals`` (start, end)
+    ``rivals`` could stand in its place, ``advice`` says what would separate them, and where a curve was not judged. A contact has ``intervals`` (start, end)
     [s] and the hash of its ``recording``. ``evidence`` is the left-out gain in units of the noise, ``threshold`` what it had to exceed (None where
     that is not known), both summed over the joints.
 

@@ -163,7 +163,8 @@ def by_simpler(
     that one; and which one stands for which.
 
     At reversals an effect that follows the distance fits better than the same friction by the sign of a velocity that is known with
-    noise: presliding over no distance is Coulomb friction. So is friction that grows with a load that is always the same.
+    noise: presliding over no distance is Coulomb friction. So is friction that grows with a load that is always the same. A curve over
+    another quantity is nothing simpler: it was held against this one on left-out rows.
     """
     taken, result, stands_for = {a.candidate.key for a in hypothesis.accepted}, [], dict[Key, Key]()
     for one in hypothesis.accepted:
@@ -175,6 +176,7 @@ def by_simpler(
             and _is_simpler(hypothesis.problem, c, one.candidate)
             and (effect := c.options[0].effect) is not None
             and effect.family is one.effect.family
+            and (effect.family is not Family.LEARNED or effect.variable == one.effect.variable)
         ]
         if not simpler:
             result.append(one)

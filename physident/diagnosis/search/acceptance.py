@@ -161,12 +161,13 @@ def scales_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def acts_while_sliding(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a curve over the torque predicts left-out rows better than one that acts at reversals alone, by more than its standard error over
-    blocks: the torque of dry friction passes values there that it has at no other time. True of any other candidate."""
+    """Whether a curve over the torque predicts left-out rows better than one that acts about reversals alone, by more than its standard error over
+    blocks: the torque of dry friction passes values there that it has at no other time, however slowly it turns. True of any other candidate."""
     (option, *_) = candidate.options
     if not isinstance(option.effect, LearnedTorque):
         return True
-    gain = _cost_of(hypothesis, option.effect.at_reversals(), option.prior) - left_out_costs(hypothesis, candidate)
+    reversals = option.effect.at_reversals(hypothesis.problem.model.robot)
+    gain = _cost_of(hypothesis, reversals, option.prior) - left_out_costs(hypothesis, candidate)
     return bool(gain.sum() > standard_error(gain.sum(axis=1)))
 
 

@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 from physident.arguments import refuse_one_number
 from physident.effects.classification import Column, Detection, Family
 from physident.effects.effect import Array, Effect, array_source
+from physident.effects.learned.range_words import range_in_words
 from physident.effects.learned.spline import bumps, mode_count, modes, sizes
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 NARROWEST = 1e-3  # of a range, in the unit of its quantity: a joint that hardly moves shows no curve
-CEILING = (
-    6.0  # times what a joint leaves without a curve: one whose torque other parameters hide to five sixths is not shown
-)
+CEILING = 6.0  # times what a joint leaves without a curve: one that others hide to five sixths is not shown
 SHOWN = 200  # points of a printed or drawn curve
 
 
@@ -62,8 +61,13 @@ class LearnedCurve(Effect):
         for name, count in counts.items():
             if count not in (1, joints):
                 raise InputError(f"{self.name}: {name} has {count} values, expected one, or {joints}, one a joint")
-        if self.low is not None and self.high is not None and not (np.array(self.low) < np.array(self.high)).all():
-            raise InputError(f"{self.name}: low is {self.low} and high is {self.high}, expected low below high")
+        if (self.low is None) != (self.high is None):
+            raise InputError(f"{self.name}: low is {self.low} and high is {self.high}, expected both or neither")
+        ends = np.array(self.low or (0.0,)), np.array(self.high or (1.0,))
+        if not (np.isfinite([*ends[0], *ends[1]]).all() and (ends[0] < ends[1]).all()):
+            raise InputError(
+                f"{self.name}: low is {self.low} and high is {self.high}, expected low below high, both finite"
+            )
         for name in ("amplitude", "ceiling"):
             given = getattr(self, name)
             if given is not None and not (np.isfinite(given).all() and min(given) > 0):
@@ -113,11 +117,15 @@ class LearnedCurve(Effect):
         )
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        return self._values(robot, signals, self.quantity(signals))
+        return self._values(robot, signals, self._quantity(signals))
 
-    def _values(self, robot: Robot, signals: Signals, x: Array | None) -> Array:
+    def _quantity(self, signals: Signals) -> Array:
+        x = self.quantity(signals)
         if x is None:
             raise InputError(f"{signals.source}: {self.name} needs {self.channel}")
+        return x
+
+    def _values(self, robot: Robot, signals: Signals, x: Array) -> Array:
         joints = self.active(robot)
         shapes = self._shapes(robot, x.T[joints])
         return (shapes * self.weight(signals, joints)[:, None, :]).reshape(-1, x.shape[0])
@@ -174,6 +182,16 @@ class LearnedCurve(Effect):
         ranges = [self._range(robot, j, signals) for j in self.active(robot)]
         return replace(self, low=tuple(r[0] for r in ranges), high=tuple(r[1] for r in ranges))
 
+    def was_learned(self, robot: Robot, signals: Signals) -> NDArray[np.bool_]:
+        """Where the quantity of signals (N, n) lies in the range of its joint's curve, and everywhere on joints without one; beyond, the
+        curve is a guess. Raises InputError where signals do not have the quantity."""
+        result = np.ones(signals.q.shape, dtype=bool)
+        x = self._quantity(signals)
+        for k, j in enumerate(self.active(robot)):
+            low, high = self.ends(robot, k)
+            result[:, j] = self.circles(robot)[k] | ((x[:, j] >= low) & (x[:, j] <= high))
+        return result
+
     def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
         found = [x[:, joint] for one in signals if (x := self.quantity(one)) is not None and len(x)]
         if not found:
@@ -220,6 +238,11 @@ class LearnedCurve(Effect):
         """The unit of its quantity on a joint (index), which may be prismatic."""
         return robot.joints[joint].unit(self.quantity_unit)
 
+    def in_words(self, robot: Robot, theta: Array) -> str:
+        """Where the curve of each joint is largest, for the sizes of its functions say nothing."""
+        curves = [self.curve(robot, theta, k)[:2] for k in range(len(self.active(robot)))]
+        return "; ".join(self.points_in_words(robot, k, *curve) for k, curve in enumerate(curves)) + "."
+
     def points_in_words(self, robot: Robot, k: int, x: Array, torque: Array) -> str:
         """Where the curve of its k-th joint is largest of some ascending points (S,), and between which of them it is at least half of
         that."""
@@ -228,7 +251,7 @@ class LearnedCurve(Effect):
         first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
         last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
         unit = robot.joints[j].unit(self.unit)
-        where = f"{_range_in_words(float(x[first]), float(x[last]))} {self.unit_of_quantity(robot, j)}"
+        where = f"{range_in_words(float(x[first]), float(x[last]))} {self.unit_of_quantity(robot, j)}"
         return f"joint {j + 1}: a torque that depends on {self.dependence}, {torque[top]:+.2g} {unit} {where}"
 
     dependence: ClassVar[str] = "position"  # its quantity, in a sentence
@@ -275,12 +298,3 @@ class LearnedCurve(Effect):
         """``scale`` as a NumPy expression."""
         width = array_source(1 / (high - low))
         return f"((np.minimum(np.maximum({x}, {array_source(low)}), {array_source(high)}) - {array_source(low)}) * {width})"
-
-
-def _range_in_words(low: float, high: float) -> str:
-    """The ends of a range, to as many digits as tell them apart."""
-    for digits in (2, 3, 4):
-        ends = [f"{end:.{digits}g}" for end in (low, high)]
-        if ends[0] != ends[1]:
-            return f"between {ends[0]} and {ends[1]}"
-    return f"at {high:.2g}"

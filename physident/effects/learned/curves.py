@@ -20,6 +20,7 @@ from physident.robots.robot import Robot
 
 COMPARED = 500  # times since the starts of recordings
 ONE_MOTION = 0.1  # of a position's variance; two motions that have nothing in common are apart by twice that variance
+SLOW = 0.064  # rad/s: over no wider speed does any dry friction turn that is identified
 FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
 
 
@@ -167,13 +168,6 @@ class LearnedLoad(LearnedCurve):
     def quantity_source(self, robot: Robot) -> str:
         return "load"
 
-    def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
-        """Where no model has been evaluated yet, the measured torque is near enough to its load."""
-        if all(one.load is None for one in signals):
-            found = [one.torque[:, joint] for one in signals if one.torque is not None]
-            return (float(min(x.min() for x in found)), float(max(x.max() for x in found))) if found else self.middle
-        return super()._range(robot, joint, signals)
-
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         return self._values(robot, signals, load)
 
@@ -199,21 +193,23 @@ class LearnedTorque(LearnedLoad):
     def quantity_source(self, robot: Robot) -> str:
         return "motor"
 
-    def at_reversals(self) -> TorqueAtReversals:
-        """The same curve while the sign of velocity turns alone."""
-        return TorqueAtReversals(**vars(self))
+    def at_reversals(self, robot: Robot) -> TorqueAtReversals:
+        """The same curve while the joints are so slow that any dry friction of theirs may be turning."""
+        return TorqueAtReversals(**vars(self), slow=tuple((SLOW * robot.radian[self.active(robot)]).tolist()))
 
 
 @dataclass(frozen=True)
 class TorqueAtReversals(LearnedTorque):
-    """tau_j = f_j(tau_m_j) (1 - abs(sgn v_j)): a curve over the torque that acts while the sign of velocity turns, and nowhere else.
+    """tau_j = f_j(tau_m_j) (1 - abs(tanh(v_j / slow_j))): a curve over the torque that acts about a reversal, and nowhere else; ``slow`` in rad/s.
 
     It is no effect of the catalogue, but what a curve over the torque is held against: at a reversal the torque passes values that it has at no
     other time, and a curve there stands for how friction turns.
     """
 
+    slow: tuple[float, ...] = ()
+
     def weight(self, signals: Signals, joints: Sequence[int]) -> Array:
-        return 1.0 - np.abs(sign_of_velocity(signals, joints))
+        return 1.0 - np.abs(np.tanh(signals.v.T[list(joints)] / np.array(self.slow)[:, None]))
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
@@ -27,12 +28,33 @@ AMPLITUDES = (0.03, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 FOLDS = 8  # parts that are left out in turn
 MEMORIES = 10  # correlation lengths in a block: what leaks over its edge is then a tenth of it
 SWEEPS = 2
+SAME_RANGE = 0.01  # of a range: an end that moves by less moves no spline
 ROUNDS = 3  # of noise and prior, each given the other
 
 
-def placed(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals]) -> tuple[Effect, ...]:
-    """The effects with what they take from the motion of recordings alone."""
+def placed(
+    robot: Robot, effects: Sequence[Effect], signals: Sequence[Signals], model: Model | None = None
+) -> tuple[Effect, ...]:
+    """The effects with what they take from the motion of recordings, and the range of curves over a torque that a ``model`` predicts, by
+    default the nominal one."""
+    if any(is_placed_by_model(effect) for effect in effects):
+        model = model or Model.nominal(robot)
+        signals = [model.refer(one) for one in signals]
     return tuple(effect.placed(robot, signals) for effect in effects)
+
+
+def is_placed_by_model(effect: Effect) -> bool:
+    """Whether an effect is a curve over a torque that a model predicts, whose range nobody has given."""
+    return isinstance(effect, LearnedCurve) and effect.needs_model and None in (effect.low, effect.high)
+
+
+def are_near(one: Sequence[Effect], other: Sequence[Effect]) -> bool:
+    """Whether the ranges of the same curves are nearly alike."""
+    pairs = [
+        (a, b) for a, b in zip(one, other, strict=True) if isinstance(a, LearnedCurve) and isinstance(b, LearnedCurve)
+    ]
+    ends = [np.array([[curve.low, curve.high] for curve in pair]) for pair in pairs]
+    return all(bool((np.abs(a - b) <= SAME_RANGE * (b[1] - b[0])).all()) for a, b in ends)
 
 
 def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> Regressor:

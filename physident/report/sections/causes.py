@@ -7,6 +7,7 @@ import inspect
 import numpy as np
 from markupsafe import Markup
 
+from physident.diagnosis.result.advice import own_notes
 from physident.diagnosis.result.findings import CurveBand, Finding, ParameterValue, Rival
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import cause, in_words, listed, sense_in_words, trust_in_words
@@ -58,6 +59,7 @@ def _card(c: DiagnosisRecord, n: int, f: Finding) -> Markup:
         *_trust(f),
         *_parameters(f),
         *_rivals(f),
+        *([tag("p", in_words(notes))] if (notes := own_notes(f)) else []),
         tag("p", tag("code", f.effect), f": {equation}", class_="fine"),
         style=f"border-color:{effect_colour(f.effect)}",
     )

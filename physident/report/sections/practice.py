@@ -72,10 +72,16 @@ FAMILIES = {
 }
 LEARNED = "No known law explains this torque, so its curve was learned: use it in the model, and look at the joint for the reason."
 
+LEARNED_CHANNEL = (
+    "The torque reading bends with the torque as no known law has it: check the range of the torque sensor, the motor (saturation) and its drive"
+    " gain, and correct the readings by the curve."
+)
+
 
 def practice(effect: str, inseparable: Sequence[str] = ()) -> str:
     """What an effect means and what to do, in one sentence; that of its family where it has none of its own. Where no motion tells friction of
     one kind from plain ``inseparable`` friction, there is no more to do than for the plain one."""
     if CATALOGUE[effect].family is Family.FRICTION and PLAIN in inseparable:
         effect = PLAIN
-    return EFFECTS.get(effect) or FAMILIES.get(CATALOGUE[effect].family, LEARNED)
+    learned = LEARNED_CHANNEL if CATALOGUE[effect].acts_on == "measurement" else LEARNED
+    return EFFECTS.get(effect) or FAMILIES.get(CATALOGUE[effect].family, learned)
