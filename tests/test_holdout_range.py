@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import physident as pid
 from tests.serial_arms import ARMS, urdf
+from tests.sines import sines
 
 pytestmark = pytest.mark.slow
 
@@ -35,9 +36,7 @@ def recorded(seed: int, cable: Callable[[Array], Array], centre: float = 0.0) ->
     """Two joints with parallel axes along random motions, rigid torque by pinocchio, the last joint ``centre`` rad away."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.004)
     model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    omega, phase = rng.uniform(0.5, 2.5, (3, 2)), rng.uniform(0, 2 * np.pi, (3, 2))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (END / 3 * one.sum(axis=1) for one in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    q, v, a = sines(rng, time, 3, 2, (0.5, 2.5), END / 3)
     q[:, JOINT - 1] += centre
     data = model.createData()
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])

@@ -8,6 +8,7 @@ import pytest
 
 import physident as pid
 from tests.serial_arms import ARMS, urdf
+from tests.sines import sines
 
 pytestmark = pytest.mark.slow
 
@@ -19,9 +20,7 @@ def recorded(seed: int, level: float) -> pid.Recording:
     """Two joints with parallel axes along random motions; rigid torque by pinocchio."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, 40.0, 0.004)
     model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    omega, phase = rng.uniform(0.5, 2.5, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (0.25 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    q, v, a = sines(rng, time, 4, 2, (0.5, 2.5), 0.25)
     data = model.createData()
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
     tau += np.array([level, OTHER]) * v / np.sqrt(v**2 + TURN**2) + 1.5 * v + 0.03 * rng.standard_normal(tau.shape)

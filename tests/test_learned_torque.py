@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import physident as pid
 from physident.effects.learned.curves import LearnedTorque
 from tests.serial_arms import ARMS, urdf
+from tests.sines import sines
 
 pytestmark = pytest.mark.slow
 
@@ -52,9 +53,7 @@ def recorded(
     torque, its friction is ``more`` than before, and grows ``by_load``; each ``day`` has noise of its own."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.004)
     model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    omega, phase = rng.uniform(0.5, 2.5, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (0.3 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    q, v, a = sines(rng, time, 4, 2, (0.5, 2.5), 0.3)
     data = model.createData()
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
     load = tau[:, JOINT - 1].copy()

@@ -8,6 +8,7 @@ import physident as pid
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.quick_fit import quick_fit
+from tests.sines import sines
 
 LEAST = 1e-9  # of the largest column
 
@@ -16,12 +17,8 @@ def test_the_inertia_that_a_resting_joint_would_show_keeps_its_value(ur5: pid.Ro
     """Joints 2 and 3 stand still: what is left of some columns is 1e-15, and any noise would make 1e14 kg m^2 of it."""
     rng, time = np.random.default_rng(4), np.arange(0.0, 20.0, 0.008)
     moves = np.array([1.0, 0.0, 0.0, 1.0, 1.0, 1.0])
-    omega, phase = rng.uniform(0.5, 2.0, (3, 6)), rng.uniform(0, 2 * np.pi, (3, 6))
-    angle = time[:, None, None] * omega + phase
-    q, v, a = (
-        0.3 * one.sum(axis=1) * moves for one in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle))
-    )
-    q = q + np.array([0.0, -1.2, 1.2, -1.2, -1.2, 0.0])
+    q, v, a = sines(rng, time, 3, 6, (0.5, 2.0), 0.3)
+    q, v, a = moves * q + np.array([0.0, -1.2, 1.2, -1.2, -1.2, 0.0]), moves * v, moves * a
     effects = pid.make_effects(["rigid_body", "viscous_friction", "coulomb_friction", "torque_offset"])
     nominal = Model.nominal(ur5, effects)
     torque = nominal.torque(pid.Signals.of_states(q, v, a)) + 0.3 * rng.standard_normal(q.shape)

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import physident as pid
+from tests.sines import sines
 
 pytestmark = pytest.mark.slow
 
@@ -22,10 +23,7 @@ def recorded(seed: int, size: float = 1.0, joint: int = 0) -> pid.Recording:
     """A UR5 along random motions of a ``size``, rigid torque by pinocchio; friction turns like v / sqrt(v^2 + w^2), and a ``joint`` has more."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.008)
     model = pid.load_robot("ur5").pinocchio.copy()
-    omega, phase = rng.uniform(0.4, 2.2, (4, 6)), rng.uniform(0, 2 * np.pi, (4, 6))
-    angle = time[:, None, None] * omega + phase
-    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
-    q, v, a = (0.3 * size * part.sum(axis=1) for part in parts)
+    q, v, a = sines(rng, time, 4, 6, (0.4, 2.2), 0.3 * size)
     q, data = q + MIDDLE, model.createData()
     tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)]) + ROTORS * a
     level = COULOMB * np.where(np.arange(6) == joint - 1, MORE, 1.0)

@@ -13,6 +13,7 @@ from physident.recordings.velocity_sign import velocity_sign
 
 Array = NDArray[np.float64]
 SHARPEST = 1e-3  # rad/s: width of the sign of a state about which nothing else is known, such as one of a simulation
+WIDEST = 0.064  # rad/s: over no wider speed does any dry friction turn that is identified
 SMOOTH_SIGN_SOURCE = f"np.tanh(v / {SHARPEST})"  # ``smooth_sign`` in exported code
 ERF_WIDTH = np.sqrt(2 / np.pi)  # standard deviation of the velocity whose expected sign is as steep as tanh(v / 1)
 

@@ -17,9 +17,7 @@ from physident.identifiability.base_parameters import BaseParameters
 from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
-ROUNDING = (
-    1e-9  # of the largest column: what is left of a joint that rests is rounding of its position, and no equation
-)
+ROUNDING = 1e-9  # of the largest column: a joint that rests leaves rounding of its position, and no equation
 MAX_ITERATIONS = 500  # a model that lacks most of the torque, as one without friction, takes more than 80
 SETTLED = 1e-6  # relative change of the noise's size between iterations
 

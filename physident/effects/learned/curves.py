@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE, sign_of_velocity
+from physident.dynamics.dry_sign import SHARPEST, SMOOTH_SIGN_SOURCE, WIDEST, sign_of_velocity
 from physident.effects.classification import Variable
 from physident.effects.effect import Array, array_source
 from physident.effects.learned.curve import LearnedCurve
@@ -20,7 +20,6 @@ from physident.robots.robot import Robot
 
 COMPARED = 500  # times since the starts of recordings
 ONE_MOTION = 0.1  # of a position's variance; two motions that have nothing in common are apart by twice that variance
-SLOW = 0.064  # rad/s: over no wider speed does any dry friction turn that is identified
 FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
 
 
@@ -195,7 +194,7 @@ class LearnedTorque(LearnedLoad):
 
     def at_reversals(self, robot: Robot) -> TorqueAtReversals:
         """The same curve while the joints are so slow that any dry friction of theirs may be turning."""
-        return TorqueAtReversals(**vars(self), slow=tuple((SLOW * robot.radian[self.active(robot)]).tolist()))
+        return TorqueAtReversals(**vars(self), slow=tuple((WIDEST * robot.radian[self.active(robot)]).tolist()))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.dynamics.dry_sign import WIDEST
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import JointRows, Regressor, build_regressor
 from physident.effects.effect import Effect
@@ -26,7 +27,7 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 TOLD_APART = 3.84  # 95 % of the squares by which one parameter fits noise better, in units of its variance
-WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064)  # rad/s
+WIDTHS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, WIDEST)  # rad/s
 
 
 def with_transitions(
