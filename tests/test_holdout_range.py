@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.diagnosis.result.saved import read_diagnosis
 from tests.serial_arms import ARMS, urdf
 from tests.sines import sines
 
@@ -58,15 +59,33 @@ def estimate(tmp_path_factory: pytest.TempPathFactory, runs: list[pid.Recording]
     return pid.identify(pid.load_robot(path), runs, filter=pid.Filter(8.0))
 
 
-def test_what_another_place_does_refutes_no_curve(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
-    """The extended model errs by more on the whole of this holdout, and by less where the curve was learned."""
+def test_what_another_place_does_refutes_no_curve_but_it_is_not_handed_on(
+    estimate: pid.Estimate, runs: list[pid.Recording], tmp_path: Path
+) -> None:
+    """With the curve the model errs by more on the whole of this holdout, and by less where the curve was learned."""
     found = pid.diagnose_motion(estimate, runs, [recorded(4, rubbing, AWAY)])
-    assert found.after.rms[JOINT - 1] > found.before.rms[JOINT - 1]
     (cause,) = found.causes
     assert (cause.effect, cause.joints) == ("learned_position", (JOINT,))
     assert cause.doubts == ()
     assert "% of their time the unseen recordings are beyond the range" in cause.advice
+    assert "the extended model goes without it" in cause.advice
     assert cause.advice in " ".join(str(found).split())
+    assert not cause.handed_on
+    assert found.extended is None
+    np.testing.assert_array_equal(found.after.rms, found.before.rms)
+    found.save(tmp_path / "diagnosis.json")
+    assert read_diagnosis(tmp_path / "diagnosis.json").causes == found.causes
+
+
+def test_a_curve_that_helps_beyond_its_range_is_handed_on(estimate: pid.Estimate, runs: list[pid.Recording]) -> None:
+    """Past the end of its range nothing pushes, as at its end, which is what the curve says there."""
+    found = pid.diagnose_motion(estimate, runs, [recorded(7, lambda q: np.where(q > 0.6, 0.0, rubbing(q)), AWAY / 2)])
+    (cause,) = found.causes
+    assert "% of their time the unseen recordings are beyond the range" in cause.advice
+    assert "goes without it" not in cause.advice
+    assert cause.handed_on
+    assert found.extended is not None
+    assert found.after.rms[JOINT - 1] < found.before.rms[JOINT - 1]
 
 
 def test_a_curve_that_is_wrong_where_it_was_learned_is_refuted(
@@ -87,3 +106,4 @@ def test_a_holdout_within_the_range_confirms_it_without_a_word(
     assert (cause.effect, cause.joints) == ("learned_position", (JOINT,))
     assert found.after.rms[JOINT - 1] < 0.3 * found.before.rms[JOINT - 1]
     assert "beyond the range" not in cause.advice
+    assert cause.handed_on

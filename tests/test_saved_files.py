@@ -92,6 +92,7 @@ def test_diagnosis_file() -> None:
         assert (one.pop("stability"), one.pop("doubts"), one.pop("confounder")) == (None, [], "")
         assert one.pop("threshold") is None
         assert (one.pop("in_words"), one.pop("curves"), one.pop("no_cause")) == ("", [], "")
+        assert one.pop("handed_on") is True
         for value in one["parameters"]:
             low, high = value.pop("change_interval95")
             assert high - low == pytest.approx(np.ptp(value["interval95"]))

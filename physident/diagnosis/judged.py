@@ -17,6 +17,7 @@ from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, sing
 from physident.diagnosis.grading.holdout import held_to_unseen, saying_what_is_beyond
 from physident.diagnosis.grading.members import members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
+from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.unexplained import Unexplained, beside_own, describe_unexplained
 from physident.diagnosis.result.errors import ERRS_MORE
@@ -105,13 +106,20 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
         unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:
-            errors = uncertainty_of(sure, wander)
-            findings, old = (with_changes(with_values(sure, some, errors), sizes) for some in (findings, old))
+            errors, findings, old = _valued(sure, wander, sizes, findings, old)
     if asked.own_error is not None:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
         unexplained = beside_own(unexplained, asked.own_error, hypothesis.torque, float(compared))
+    if asked.holdout and any(one.curves and one.grade != "hint" for one in findings):
+        refitted = refitted or extended_estimate(sure, errors, asked.with_torque)
+        both = asked.original.model, refitted.model
+        findings = saying_what_is_beyond(sure, findings, asked.holdout, asked.drive_gains, *both)
+        if back := [one for one in findings if not one.handed_on]:
+            sure, refitted = without(sure, back), None
+            if sure.accepted:
+                errors, findings, old = _valued(sure, wander, sizes, findings, old)
     return Judged(
-        findings=saying_what_is_beyond(sure, findings, asked.holdout, asked.drive_gains),
+        findings=findings,
         old=_with_reason(searched.last.hypothesis, old, usual),
         patchwork=patchwork,
         sure=sure,
@@ -120,6 +128,19 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         unexplained=unexplained,
         noise_floor=found.noise_floor,
     )
+
+
+def _valued(
+    sure: Hypothesis,
+    wander: Columns | None,
+    sizes: Mapping[Key, float],
+    findings: Sequence[Finding],
+    old: Sequence[Finding],
+) -> tuple[Uncertainty, tuple[Finding, ...], tuple[Finding, ...]]:
+    """The uncertainty of what is handed on, and the findings, and those that are no change, with the values they have there."""
+    errors = uncertainty_of(sure, wander)
+    valued = [with_changes(with_values(sure, some, errors), sizes) for some in (findings, old)]
+    return errors, valued[0], valued[1]
 
 
 def _lost_alone(hypothesis: Hypothesis, findings: Sequence[Finding], last: CandidateScores) -> list[Key]:

@@ -103,20 +103,27 @@ def saying_what_is_beyond(
     findings: Sequence[Finding],
     holdout: Sequence[Recording],
     drive_gains: tuple[float, ...] | None,
+    given: Model,
+    extended: Model,
 ) -> tuple[Finding, ...]:
-    """The findings, with advice on those whose curve a holdout leaves: there it was not judged."""
-    if not holdout or not any(finding.curves for finding in findings):
-        return tuple(findings)
-    model, signals = hypothesis.extension.model, _prepared(hypothesis, holdout, drive_gains)
-    predictions = predictions_of(model, signals, hypothesis.problem.filter)
-    rows = (predictions.counted & ~_where_learned(model, signals, predictions)).sum(axis=0)
-    left = rows / np.maximum(predictions.counted.sum(axis=0), 1)
-    return tuple(
-        replace(one, advice=" ".join(filter(None, [beyond_range_words(one.effect, share), one.advice])))
-        if one.curves and one.grade != "hint" and (share := float(left[[j - 1 for j in one.joints]].max())) > NOTICED
-        else one
-        for one in findings
-    )
+    """The findings, with advice on those whose curve a holdout leaves: there it was not judged. Where the ``extended`` model errs on
+    all of the holdout by more than the ``given`` one on a curve's joints, the curve is a cause, but it is not handed on."""
+    signals = _prepared(hypothesis, holdout, drive_gains)
+    before, after = (predictions_of(model, signals, hypothesis.problem.filter) for model in (given, extended))
+    beyond = (after.counted & ~_where_learned(extended, signals, after)).sum(axis=0)
+    share = beyond / np.maximum(after.counted.sum(axis=0), 1)
+    more = (after.rms**2 - before.rms**2) / hypothesis.fit.sigma**2
+    return tuple(_said_beyond(one, share, more) if one.curves and one.grade != "hint" else one for one in findings)
+
+
+def _said_beyond(finding: Finding, share: Array, more: Array) -> Finding:
+    """A finding with curves, given the share (n,) of a holdout beyond their range, and by how ``much more`` (n,) of its power it errs."""
+    joints = [joint - 1 for joint in finding.joints]
+    if share[joints].max() <= NOTICED:
+        return finding
+    handed_on = bool(more[joints].sum() <= 0)
+    said = beyond_range_words(finding.effect, float(share[joints].max()), handed_on)
+    return replace(finding, advice=" ".join(filter(None, [said, finding.advice])), handed_on=handed_on)
 
 
 def _joints(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:

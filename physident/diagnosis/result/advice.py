@@ -28,13 +28,15 @@ def separating_words(name: str, other: str) -> str:
     return next((text for rival, text in signatures if rival in text), "")
 
 
-def beyond_range_words(name: str, share: float) -> str:
-    """What it means that unseen recordings leave the range in which the curve of an effect was learned, for a share of their time."""
+def beyond_range_words(name: str, share: float, handed_on: bool) -> str:
+    """What it means that unseen recordings leave the range in which the curve of an effect was learned, for a share of their time, and
+    whether the extended model holds it."""
     designed = CATALOGUE[name].variable in ("position", "velocity", "load", "torque")
     how = "; physident design --cover plans a motion that goes there" if designed else ""
     return (
         f"For {100 * share:.0f} % of their time the unseen recordings are beyond the range in which this curve was learned, where it stays"
         f" constant and was not judged{how}."
+        + ("" if handed_on else " With it they are predicted worse as a whole, so the extended model goes without it.")
     )
 
 

@@ -98,7 +98,8 @@ class Finding:
     ``stability`` is the share of SEARCHES searches on halves of the recordings that find it or a rival; None for a contact, and
     where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
     what the finding shows. ``in_words`` says what its values mean, where numbers with units do not; ``curves`` are those of a learned
-    effect. ``no_cause`` says why a contribution is no cause, although it takes more than it leaves.
+    effect. ``no_cause`` says why a contribution is no cause, although it takes more than it leaves. Of what is no hint, a curve
+    is not ``handed_on`` in the extended model where a holdout beyond its range is predicted worse with it.
     """
 
     effect: str
@@ -120,6 +121,7 @@ class Finding:
     confounder: str = ""
     curves: tuple[CurveBand, ...] = ()
     no_cause: str = ""
+    handed_on: bool = True
 
     @property
     def by_joint(self) -> bool:

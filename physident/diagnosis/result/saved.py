@@ -30,6 +30,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "in_words": "",
     "curves": [],
     "no_cause": "",
+    "handed_on": True,
     "threshold": None,
 }
 READER = RecordReader("diagnose again")
@@ -166,6 +167,6 @@ def _check(c: DiagnosisRecord) -> None:
     ]:
         raise InputError(f"joint {wrong[0]} is named, expected 1 to {n}")
     named = c.verdict in ("explained", "partly_explained")
-    carried = [f for f in named_effects if f.grade != "hint"]
+    carried = [f for f in named_effects if f.grade != "hint" and f.handed_on]
     if bool(carried) != (c.extended is not None) or bool(c.causes) != named:
         raise InputError("verdict, findings and extended model do not go together; diagnose again")

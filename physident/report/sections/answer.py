@@ -86,6 +86,8 @@ def _gains(c: DiagnosisRecord) -> list[str]:
     if not c.findings:
         return []
     if c.extended is None:
+        if any(not f.handed_on for f in c.findings):
+            return [f"On {judged_on(c)}, the extended model would err more, so there is none. "]
         return ["What was found is not certain enough to be added to the model. "]
     units, before, after = c.model.robot.torque_units, c.before.rms, c.after.rms
     moved = np.array([change(b, a) for b, a in zip(before, after, strict=True)])
