@@ -46,7 +46,8 @@ from physident.estimation.estimate import Estimate
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judged:
-    """Graded findings, ``old`` ones that the control shows alike, the hypothesis without hints and patches, its values' ``errors``, its model
+    """Graded findings, ``old`` ones that the control shows alike, the hypothesis that is handed on (no hint, no patch, no curve that unseen recordings leave
+    and that makes them worse), its values' ``errors``, its model
     ``refitted`` where that was needed, and the rest."""
 
     findings: tuple[Finding, ...]

@@ -165,8 +165,8 @@ def diagnose(
             plot_diagnosis(found, loaded if contact or not unseen else unseen, plot)
     typer.echo(repr(found))
     if isinstance(found, Diagnosis) and out is not None:
-        unheld = any(not finding.handed_on for finding in found.findings)
-        why = "the unseen recordings are predicted worse by it" if unheld else "nothing to extend the model by"
+        beyond = any(not finding.handed_on for finding in found.findings)
+        why = "the unseen recordings are predicted worse by it" if beyond else "nothing to extend the model by"
         typer.echo(f"written: {out}" if found.estimate is not None else f"{why}: {out} not written")
     if fail_on is not None and isinstance(found, Diagnosis) and found.causes:
         raise typer.Exit(CAUSE_FOUND)

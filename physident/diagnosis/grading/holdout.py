@@ -117,7 +117,7 @@ def saying_what_is_beyond(
 
 
 def _said_beyond(finding: Finding, share: Array, more: Array) -> Finding:
-    """A finding with curves, given the share (n,) of a holdout beyond their range, and by how ``much more`` (n,) of its power it errs."""
+    """A finding with curves, given the share (n,) of a holdout beyond their range, and how much ``more`` (n,) power its error has."""
     joints = [joint - 1 for joint in finding.joints]
     if share[joints].max() <= NOTICED:
         return finding
