@@ -16,6 +16,7 @@ import pytest
 
 import physident as pid
 from studies.open_world import bench, drawing, judge, sizing, trial
+from studies.open_world.background import Cable
 from studies.open_world.causes import TIERS
 from studies.open_world.drawing import drawn
 from studies.open_world.scoring import score, score_outside, score_twin
@@ -286,7 +287,7 @@ def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made:
 
     def outcome(*findings: Any, described: tuple[int, ...] = (), of: Any = cause) -> tuple[bool, ...]:
         told = answer(*findings, described=described)
-        s = score_outside(known.scene, known.trial, of, known.changed, told)
+        s = score_outside(known.scene, known.trial, of, known.changed, told, answer)
         return s.wrong, s.joint, s.right_description, s.silent
 
     assert outcome() == (False, False, False, True)
@@ -305,6 +306,35 @@ def test_outside_the_catalogue_a_description_is_right_and_every_name_wrong(made:
     assert outcome(finding("torque_delay", (elsewhere,)), of=slow) == (True, False, False, False)
     for name in ("learned_load", "learned_torque"):
         assert outcome(finding(name, (there,)), of=bent) == (False, True, True, False)
+
+
+def test_beside_a_cause_from_outside_the_background_keeps_its_names(made: Callable[[str], Known]) -> None:
+    """A cable on every joint: where the cause acts, its name is a wrong one of the cause unless the arm without it is given it too."""
+    known = made("outside")
+    cause: Any = outside_of(known.scene, known.trial.outside, known.trial.draw)
+    (there,) = cause.joints
+    elsewhere = 1 if there != 1 else 2
+    one = known.scene.bench
+    ones = np.ones(one.arm.joints)
+    cable = Cable(size=ones, neighbour=ones.astype(int), share=ones, middle=ones, slack=ones, bend=ones)
+    scene = SimpleNamespace(
+        bench=SimpleNamespace(arm=replace(one.arm, background=(cable,)), world=one.world),
+        question="nominal", refitted=False, warmer=lambda k: 0.0,
+    )  # fmt: skip
+
+    def wrong(joint: int, of: Any, *twin: Any) -> bool:
+        told = answer(finding("joint_spring", (joint,)))
+        return score_outside(scene, known.trial, of, known.changed, told, lambda: answer(*twin)).wrong  # type: ignore[arg-type]
+
+    everywhere = replace(cause, joints=())
+    there_too, not_there = finding("joint_spring", (there,)), finding("joint_spring", (elsewhere,))
+    assert not wrong(elsewhere, cause)
+    assert wrong(there, cause)
+    assert wrong(there, cause, not_there)
+    assert not wrong(there, cause, there_too)
+    assert wrong(elsewhere, everywhere)
+    assert not wrong(elsewhere, everywhere, not_there)
+    assert wrong(there, cause, finding("joint_spring", (there,), grade="hint"))
 
 
 def rows_of(monkeypatch: pytest.MonkeyPatch, made: Callable[[str], Known], right: bool) -> list[dict[str, Any]]:

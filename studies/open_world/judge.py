@@ -60,13 +60,13 @@ def _scored(scene: Scene, trial: Trial, changed: tuple[Taken, ...], clock: Clock
     found = diagnosed(scene, changed, clock)
     if trial.outside:
         cause = outside_of(scene, trial.outside, trial.draw)
-        scored = {"outside_score": asdict(score_outside(scene, trial, cause, changed, found)),
-                  "variable": cause.variable, "where": list(cause.joints)}  # fmt: skip
+        told = score_outside(scene, trial, cause, changed, found, lambda: diagnosed(scene, scene.twin(), clock))
+        scored = {"outside_score": asdict(told), "variable": cause.variable, "where": list(cause.joints)}
     else:
         scored = {"score": asdict(score(scene, trial, changed, found))}
     clock.lap("scoring")
     if trial.kind == "single":
-        scored["twin"] = asdict(score_twin(scene, diagnosed(scene, scene.clean, clock)))
+        scored["twin"] = asdict(score_twin(scene, diagnosed(scene, scene.twin(), clock)))
         clock.lap("scoring")
     return scored
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -127,14 +127,14 @@ def _told_keys(finding: Any) -> list[Key]:
 
 
 def score_outside(
-    scene: Scene, trial: Trial, cause: OutsideCause, changed: Sequence[Taken], diagnosis: Any
+    scene: Scene, trial: Trial, cause: OutsideCause, changed: Sequence[Taken], diagnosis: Any, twin: Callable[[], Any]
 ) -> OutsideScore:
-    """Judge a diagnosis of recordings in which something acts that has no name in the catalogue."""
+    """Judge a diagnosis of recordings in which something acts that has no name in the catalogue; ``twin`` gives that of the arm without it."""
     causes, rest = split(diagnosis)
     seen = cause.joints or (trial.joint,)  # what acts on the whole arm is looked for where it shows most
     curves = {(name, (j,)) for name in _curves(cause) for j in seen}
     names = curves | {(MEANT_FOR[cause.kind], (j,)) for j in seen if cause.kind in MEANT_FOR}
-    own = true_of(scene) | names
+    own = true_of(scene) | names | _laws_beside(scene, cause, causes, twin)
     false = [f for f in causes if not all(_any(claim, own) for claim in claims(f))]
     right = [f for f in causes if any(_any(claim, names) for claim in claims(f))]
     described, words = descriptions(diagnosis)
@@ -151,6 +151,20 @@ def score_outside(
         described_as=words,
         verdict=diagnosis.verdict,
     )
+
+
+def _laws_beside(scene: Scene, cause: OutsideCause, causes: Sequence[Any], twin: Callable[[], Any]) -> set[Key]:
+    """Names of the arm's background that are true beside a cause from outside.
+
+    Where that cause does not act, every one. Where it does, the name may be a wrong one of the cause: it is the background's if the arm
+    without the cause is given it too.
+    """
+    laws = _background(scene, LAWS)
+    beside = {key for key in laws if cause.joints and not set(key[1]) & set(cause.joints)}
+    doubtful = laws - beside
+    if not any(_any(claim, doubtful) for f in causes for claim in claims(f)):
+        return beside
+    return beside | doubtful & {key for f in split(twin())[0] for claim in claims(f) for key in claim}
 
 
 def _curves(cause: OutsideCause) -> set[str]:

@@ -95,6 +95,11 @@ class Scene:
         """How much warmer [K] recording k is."""
         return self.bench.world.conditions(self.seed(k))
 
+    def twin(self) -> tuple[Taken, ...]:
+        """Two recordings to diagnose of the arm in which nothing is hidden."""
+        more = (_clean(self.bench, self.folder, self.seed(k), k) for k in range(len(self.clean), 2))
+        return (*self.clean, *more)
+
     def record(
         self, tag: str, k: int, effects: tuple[HiddenEffect, ...], disturbances: tuple[Disturbance, ...]
     ) -> Taken:
@@ -143,15 +148,17 @@ def scene_of(world: str, group: int, kind: Kind, number: int, index: int, questi
     folder = one.folder.parent / f"{own:04d}"
     seed = 1_000_000 * group + 10 * own
     healthy = 2 if kind == "single" else 1  # a twin to diagnose, or just enough to see what the model leaves
-    clean = tuple(
-        one.record(folder / f"clean_{k}", seed + k, one.world.conditions(seed + k), along=_along(one, k))
-        for k in range(healthy)
-    )
+    clean = tuple(_clean(one, folder, seed + k, k) for k in range(healthy))
     if question == "missing":
         model: pid.Estimate | pid.Model = pid.identify(one.robot, [t.recording for t in clean], filter=one.filter)
     else:
         model = one.nominal() if question == "nominal" else identified(world, group, index)
     return Scene(kind, own, one, question, model, clean, folder)
+
+
+def _clean(one: Bench, folder: Path, seed: int, k: int) -> Taken:
+    """Recording k of an arm in which nothing is hidden."""
+    return one.record(folder / f"clean_{k}", seed, one.world.conditions(seed), along=_along(one, k))
 
 
 def _along(one: Bench, k: int) -> int | None:
