@@ -56,7 +56,7 @@ def search_effects(
     they add nothing: without them the error is so large that it hides rarer effects, or makes them look like common ones.
     """
     first = score_candidates(settled_hypothesis(problem, ()))
-    problem, accepted = _without(problem, inside_baseline(first)), _of_problem(problem, begun)
+    problem, accepted = _without(problem, inside_baseline(first)), of_problem(problem, begun)
     if problem.missing_default_effects and not begun:
         names = dict.fromkeys(a.candidate.name for a in accepted)
         progress(f"added default effects that the model lacks: {', '.join(names)}")
@@ -104,7 +104,7 @@ def search_effects(
     return SearchResult(accepted=last.hypothesis.accepted, first=first, last=last, overfull=overfull)
 
 
-def _of_problem(problem: DiagnosisProblem, begun: Sequence[AcceptedEffect]) -> tuple[AcceptedEffect, ...]:
+def of_problem(problem: DiagnosisProblem, begun: Sequence[AcceptedEffect]) -> tuple[AcceptedEffect, ...]:
     """Effects that a search of the same recordings has found, as candidates of a problem, or its missing default ones where there is none."""
     ordinary = {one.candidate.key: one for one in problem.missing_default_effects}
     places = {candidate.key: candidate for candidate in problem.candidates}

@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.problem import DiagnosisProblem, state_problem
-from physident.diagnosis.search.forward_search import SearchResult, search_effects, settled_hypothesis
+from physident.diagnosis.search.forward_search import (
+    SearchResult,
+    of_problem,
+    search_effects,
+    settled_hypothesis,
+)
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
@@ -55,12 +60,12 @@ def search_with_turning_speeds(
 
 
 def with_widths_anew(
-    problem: DiagnosisProblem, model: Model, signals: Sequence[Signals]
+    problem: DiagnosisProblem, model: Model, signals: Sequence[Signals], may_grow: bool = False
 ) -> tuple[tuple[Effect, ...], Regressor]:
     """The extended model's effects with the widths of dry friction that ``identify`` found found again, and their regressor: without
-    the effects that were missing, a width imitates them. So no width grows."""
+    the effects that were missing, a width imitates them. None grows, unless it ``may_grow`` where friction builds up over no distance."""
     opened = tuple(replace(e, smoothing=None) if _is_open(e) else e for e in model.effects)
-    widest = _widest(model)
+    widest = _widest(model, may_grow)
     regressor = settled_regressor(model.robot, opened, signals, problem.filter, model.theta)
     return with_transitions(model.robot, opened, regressor, signals, problem.filter, widest)
 
@@ -143,19 +148,44 @@ def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
     if problem.question != "missing" or not isinstance(given, Estimate) or not turned:
         return None
     signals = [replace(one, transition=None) for one in problem.signals]
-    widths = [e for e in with_widths_anew(problem, model, signals)[0] if isinstance(e, CoulombFriction)]
-    kept = iter(widths)
-    effects = tuple(next(kept) if isinstance(e, CoulombFriction) else e for e in given.model.effects)
-    if effects == given.model.effects:
-        return None
-    return _restated(problem, effects)
+    for may_grow in (True, False):
+        widths = [e for e in with_widths_anew(problem, model, signals, may_grow)[0] if isinstance(e, CoulombFriction)]
+        kept = iter(widths)
+        effects = tuple(next(kept) if isinstance(e, CoulombFriction) else e for e in given.model.effects)
+        if effects == given.model.effects:
+            return None
+        other = _restated(problem, effects)
+        if not may_grow or not _errs_more_where_it_grew(found, other):
+            return other
+        other.forget()
+    return None
 
 
-def _widest(model: Model) -> NDArray[np.float64]:
-    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, at most. Where it builds up over a distance, too, its sign has turned
-    at a creep: a wider turn calls the rows uncertain that alone tell the two apart."""
+def _errs_more_where_it_grew(found: SearchResult, other: DiagnosisProblem) -> bool:
+    """Whether a wider turn leaves more of all rows of a joint: those that it calls uncertain may be those that it describes worse."""
+    now, then = (_widths(one.model) for one in (found.last.hypothesis.problem, other))
+    grown = then > now
+    if not grown.any():
+        return False
+    left = [
+        np.sqrt(np.sum(one.residual**2, axis=0))
+        for one in (found.last.hypothesis, settled_hypothesis(other, of_problem(other, found.accepted)))
+    ]
+    return bool(np.any(left[1][grown] > left[0][grown]))
+
+
+def _widths(model: Model) -> NDArray[np.float64]:
+    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, zero where there is none."""
     widths = [own for effect in model.effects if (own := effect.transition(model.robot)) is not None]
-    bristled = [j for e in model.effects if e.dry and not e.pointwise for j in e.active(model.robot)]
-    widest = np.max([np.zeros(model.robot.n), *widths], axis=0)
-    widest[bristled] = np.minimum(widest, TURNED_AT_CREEP * CREEP * model.robot.radian)[bristled]
+    return np.max([np.zeros(model.robot.n), *widths], axis=0)
+
+
+def _widest(model: Model, may_grow: bool) -> NDArray[np.float64]:
+    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, at most. Where it builds up over a distance, too, no wider than now:
+    a wider turn calls the rows uncertain that alone tell the two apart. Elsewhere it ``may_grow``, because a sudden turn may have stood for
+    a breakaway torque."""
+    widest = _widths(model)
+    bristled = {j for e in model.effects if e.dry and not e.pointwise for j in e.active(model.robot)}
+    free = [j for j in range(model.robot.n) if may_grow and j not in bristled]
+    widest[free] = np.inf
     return widest

@@ -1,4 +1,4 @@
-"""What makes an accepted effect a hint: searches on halves that miss it, and a sign that changes between recordings."""
+"""What makes an accepted effect a hint: searches on halves that miss it, a sign that changes between recordings, and what it loses near reversals."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from physident.diagnosis.grading.signs import OPPOSITE, changes_sign
 from physident.diagnosis.result.wording import searches_in_words
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.candidate_scores import CandidateScores
+from physident.diagnosis.stability.reversals import LOST, loses_near_reversals
 from physident.diagnosis.stability.stability import STABLE, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.stored_products import Key
@@ -29,5 +30,7 @@ def trust_in(
             doubts.append(searches_in_words(share))
         if changes_sign(last.hypothesis, check.accepted):
             doubts.append(OPPOSITE)
+        if loses_near_reversals(last.hypothesis, check.accepted):
+            doubts.append(LOST)
         result[key] = Trust(share, tuple(doubts))
     return result
