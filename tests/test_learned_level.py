@@ -13,7 +13,7 @@ from tests.sines import sines
 pytestmark = pytest.mark.slow
 
 BEFORE, AFTER, OTHER = 2.0, 3.0, 2.0  # N m of joint 1 before and after, and of joint 2
-TURN = 0.02  # rad/s: friction turns as v over the root of v^2 + TURN^2, slower than a hyperbolic tangent
+TURN = 0.01  # rad/s: friction turns as v over the root of v^2 + TURN^2, slower than a hyperbolic tangent
 
 
 def recorded(seed: int, level: float) -> pid.Recording:

@@ -14,6 +14,9 @@ import pytest
 
 import physident as pid
 from physident.cli import run
+from physident.diagnosis.result.advice import design_command
+from physident.diagnosis.result.findings import Rival
+from physident.effects.catalogue import effects_from
 from physident.effects.user.registration import add_entry_points
 from physident.identifiability.base_parameters import random_motion
 from physident.testing import check_effect
@@ -34,6 +37,7 @@ BAD = {
     "no unit": (CLASS.replace('    unit = "N m"\n', ""), r"states no unit"),
     "no family": (CLASS.replace("pid.Family.FRICTION", "'friction'"), r"states no family"),
     "no expression": (CLASS.replace('("v / 0.3', '("v / / 0.3'), r"no expression of Python"),
+    "one text": (CLASS.replace('formulas = ("', 'formulas = "').replace('",)', '"'), r"is one text; expected several"),
     "not frozen": (CLASS.replace("@dataclass(frozen=True)", "") + "    c: float = 1.0\n", r"frozen"),
 }
 
@@ -108,6 +112,25 @@ def test_a_file_that_brings_no_effect_is_refused_in_one_line(
     assert error.count("\n") == 1
     with pytest.raises(pid.InputError, match=expected):
         pid.load_effects("effects.py")
+
+
+def test_a_formula_uses_functions_of_numpy_alone(own: Path) -> None:
+    """Others would work until the model is exported."""
+    pid.load_effects("my_effects.py")
+    Path("my_effects.py").write_text(CLASS.replace('("v / 0.3', '("abs(v) / 0.3'), encoding="utf-8")
+    pid.load_effects("my_effects.py")
+    with pytest.raises(AssertionError, match=r"'abs' is not defined.*expected NumPy of q, v"):
+        check_effect(pid.CATALOGUE[NAME]())
+
+
+def test_a_command_brings_the_effects_that_it_names(own: Path) -> None:
+    assert effects_from(["payload", NAME]) == []
+    pid.load_effects("my_effects.py")
+    assert effects_from(["payload", NAME, NAME]) == ["--effects-from", "my_effects.py"]
+    model = pid.Model(pid.load_robot("ur5"), (pid.CATALOGUE["torque_offset"](),), np.zeros(6))
+    rival = Rival(NAME, (3,), False)
+    command = design_command(model, "model.json", "viscous_friction", (3,), rival)
+    assert command.endswith("--effects-from my_effects.py --out motion.json")
 
 
 @pytest.mark.parametrize("path", ["nowhere.py", ".", "notes.txt"])

@@ -151,6 +151,13 @@ def saved_effect_class(data: dict[str, Any]) -> Any:
     return effect_class(name)
 
 
+def effects_from(names: Iterable[str]) -> list[str]:
+    """The option of a command that brings those of some effects that come from files of the user; empty where none does."""
+    origins = [CATALOGUE[name].origin for name in names if name in CATALOGUE]
+    files = list(dict.fromkeys(one for one in origins if one and not one.startswith("package ")))
+    return ["--effects-from", *files] if files else []
+
+
 def effect_label(name: str) -> str:
     """The name of an effect as it stands in a sentence: "torque offset" for ``torque_offset``."""
     label = CATALOGUE[name].label if name in CATALOGUE else ""

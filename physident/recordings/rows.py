@@ -157,8 +157,10 @@ def _check_clock(time: Array, source: str) -> None:
         )
     step = typical_step(time)
     if step > MAX_STEP:
+        units = (("milliseconds", 1e3), ("microseconds", 1e6))
+        unit = next((name for name, parts in units if step / parts <= MAX_STEP), "nanoseconds")
         raise InputError(
-            f"{source}: rows are {step:.4g} s apart, expected at most {MAX_STEP} s: is the clock in milliseconds? convert to seconds"
+            f"{source}: rows are {step:.4g} s apart, expected at most {MAX_STEP} s: is the clock in {unit}? convert to seconds"
         )
 
 

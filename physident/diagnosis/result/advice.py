@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from functools import cache
 
 from physident.diagnosis.result.findings import Finding, Rival
-from physident.effects.catalogue import CATALOGUE
+from physident.dynamics.model import Model
+from physident.effects.catalogue import CATALOGUE, effects_from
 from physident.effects.classification import Detection
 from physident.errors import InputError
 from physident.excitation.limits.capsules import collision_geometry
@@ -46,12 +47,13 @@ def own_notes(finding: Finding) -> str:
     return finding.advice.removesuffix(separating_words(finding.effect, other.effect) if other else "").strip()
 
 
-def design_command(robot: Robot, model_file: str, name: str, joints: Sequence[int], other: Rival) -> str:
+def design_command(model: Model, model_file: str, name: str, joints: Sequence[int], other: Rival) -> str:
     """The command that designs a motion which separates an effect on some joints from a rival, as it can be typed."""
     words = ["physident", "design", "--model", model_file, "--discriminate", name, other.effect]
     common = [joint for joint in joints if joint in other.joints]
     words += ["--joint", str(common[0])] if common else []
-    words += [] if _has_shapes(robot) else ["--limits", "joint"]
+    words += [] if _has_shapes(model.robot) else ["--limits", "joint"]
+    words += effects_from([name, other.effect, *(effect.name for effect in model.effects)])
     return shlex.join([*words, "--out", "motion.json"])
 
 

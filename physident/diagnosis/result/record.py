@@ -90,7 +90,7 @@ class DiagnosisRecord:
             return ""
         start = self.extended_file if self.question == "nominal" else self.model_file
         default = "extended.json" if self.question == "nominal" else "MODEL"
-        return design_command(self.model.robot, start or default, finding.effect, finding.joints, rival)
+        return design_command(self.model, start or default, finding.effect, finding.joints, rival)
 
     @property
     def asked(self) -> Asked:

@@ -63,7 +63,7 @@ def with_widths_anew(
     problem: DiagnosisProblem, model: Model, signals: Sequence[Signals], may_grow: bool = False
 ) -> tuple[tuple[Effect, ...], Regressor]:
     """The extended model's effects with the widths of dry friction that ``identify`` found found again, and their regressor: without
-    the effects that were missing, a width imitates them. None grows, unless it ``may_grow`` where friction builds up over no distance."""
+    the effects that were missing, a width imitates them. None grows, unless it ``may_grow`` beside other friction that was found."""
     opened = tuple(replace(e, smoothing=None) if _is_open(e) else e for e in model.effects)
     widest = _widest(model, may_grow)
     regressor = settled_regressor(model.robot, opened, signals, problem.filter, model.theta)
@@ -182,10 +182,12 @@ def _widths(model: Model) -> NDArray[np.float64]:
 
 def _widest(model: Model, may_grow: bool) -> NDArray[np.float64]:
     """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, at most. Where it builds up over a distance, too, no wider than now:
-    a wider turn calls the rows uncertain that alone tell the two apart. Elsewhere it ``may_grow``, because a sudden turn may have stood for
-    a breakaway torque."""
-    widest = _widths(model)
-    bristled = {j for e in model.effects if e.dry and not e.pointwise for j in e.active(model.robot)}
-    free = [j for j in range(model.robot.n) if may_grow and j not in bristled]
-    widest[free] = np.inf
+    a wider turn calls the rows uncertain that alone tell the two apart. Where more than its level was found, such as that of a breakaway torque,
+    it ``may_grow``, because a sudden turn may have stood for that."""
+    widest, more = _widths(model), [e for e in model.effects if e.dry and not _is_open(e)]
+    levels, bristles = (
+        {j for e in more if e.pointwise == at_once for j in e.active(model.robot)} for at_once in (True, False)
+    )
+    if may_grow:
+        widest[sorted(levels - bristles)] = np.inf
     return widest

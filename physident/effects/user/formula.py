@@ -28,6 +28,10 @@ class FormulaEffect(Effect):
 
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)
+        if isinstance(cls.formulas, str):
+            raise InputError(
+                f"formulas = {cls.formulas!r} is one text; expected several: formulas = ({cls.formulas!r},)"
+            )
         used = {name for formula in cls.formulas for name in _names(formula)}
         cls.needs_model = cls.needs_model or bool(used & {"load", "motor"})
 
@@ -66,7 +70,7 @@ class FormulaEffect(Effect):
         found = []
         for formula in self.formulas:
             try:
-                value = eval(self._with_settings(robot, formula), {"np": np}, rows)
+                value = eval(self._with_settings(robot, formula), {"np": np, "__builtins__": {}}, rows)
                 found.append(np.broadcast_to(np.asarray(value, dtype=float), signals.v.shape))
             except Exception as error:
                 raise InputError(

@@ -32,7 +32,7 @@ EFFECTS = {
     " for each direction.",
     "stribeck_friction": "The joint sticks more when it creeps: avoid creeping motions, or enter this friction in the controller; check the"
     " lubricant if it is new.",
-    "nonlinear_viscous_friction": "Friction over speed is a curve, as grease has it: use the curve in the model; nothing is broken.",
+    "nonlinear_viscous_friction": "Friction over speed is a curve, as grease has it: use the curve in the model; if it is new, check the lubricant.",
     "load_dependent_friction": "The gear rubs harder the more it carries: use this friction in the model; if it has grown since the last"
     " recording, inspect the gear for wear.",
     "presliding_hysteresis": "The joint gives way elastically before it slides: expect errors at reversals; if it is new, check gear and bearing"

@@ -15,6 +15,7 @@ from physident.diagnosis.result.findings import UsedRecording
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import AS_IT_WAS, EXTENDED
 from physident.dynamics.model import Model
+from physident.effects.catalogue import effects_from
 from physident.files import VERSION
 from physident.report.markup import table, tag
 from physident.report.numbers import SPACE
@@ -77,6 +78,8 @@ def _again(c: DiagnosisRecord) -> str:
     for used in c.recordings:
         if used.role != "diagnosed":
             words += [f"--{used.role}", shlex.quote(used.path)]
+    told = [f.effect for f in (*c.findings, *c.missing_since_before)]
+    words += map(shlex.quote, effects_from([*told, *(effect.name for effect in c.model.effects)]))
     words += ["--recording-offsets"] if c.recording_offsets else []
     words += ["--seed", str(c.seed)] if c.seed else []
     return " ".join([*words, "--json", shlex.quote(c.path.name if c.path else "diagnosis.json")])
