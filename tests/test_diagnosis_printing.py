@@ -88,6 +88,21 @@ def test_warnings_stand_before_the_answer(diagnosis: pid.Diagnosis) -> None:
     rows = sentences(replace(diagnosis, warnings=("the description is of another robot than the recording",)))
     assert rows[0] == "warning: the description is of another robot than the recording"
     assert rows[1].startswith("what is missing from the model:")
+    assert "put that right" not in " ".join(rows)  # where no cause is named, nothing can stand for it
+
+
+def test_a_verdict_does_not_praise_causes_of_a_wrong_set_up(diagnosis: pid.Diagnosis) -> None:
+    """Joints in another order look like a scale of all torque and cross-talk, which leave nothing but noise."""
+    gain = Reduction(rms_before=2.0, rms_after=1.0, reduction_percent=50.0, interval95=(40.0, 60.0))
+    found = Finding(
+        effect="torque_scale", joints=(), parameters=(), gain=gain, rivals=(), intervals=(), advice="", evidence=9.0,
+        takes_percent=75.0, leaves_percent=0.0,
+    )  # fmt: skip
+    explained = replace(diagnosis, findings=(found,), verdict="explained")
+    swapped = replace(explained, warnings=("the efforts of joints 1 and 2 are swapped",))
+    (verdict,) = (row for row in sentences(swapped) if row.startswith("verdict:"))
+    assert verdict.endswith("but a cause may stand for what the warning says, so put that right first")
+    assert "put that right" not in " ".join(sentences(explained))
 
 
 FAINT: dict[str, Any] = dict.fromkeys(("slow", "peak", "velocity", "position", "load", "time", "order_share"), 0.0)

@@ -10,6 +10,7 @@ from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
     INSEPARABLE,
     MOTORS_UNKNOWN,
+    SET_UP_FIRST,
     curves_in_brief,
     grown_in_words,
     incomplete_words,
@@ -80,7 +81,8 @@ def _verdict(d: DiagnosisRecord) -> str:
         name = "no main cause" if parts_of(d.findings) else nothing
     if d.verdict == "explained" and d.wrong_baseline:
         name = "explained by more causes than these recordings can prove"
-    return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}"
+    doubt = f"; {SET_UP_FIRST}" if d.warnings and d.causes else ""
+    return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}{doubt}"
 
 
 def _answer(d: DiagnosisRecord) -> str:

@@ -29,6 +29,7 @@ INSEPARABLE = "nearly the same torque on any motion within the recorded ranges"
 MAX_NAMED = 6  # causes in a sentence
 ALIKE = 3  # names of one cause in a sentence
 PAIRS = 3  # of repeated motions in a sentence
+SET_UP_FIRST = "but a cause may stand for what the warning says, so put that right first"
 MOTORS_UNKNOWN = "ripple of the motors behind their gears was not searched: it needs --gear-ratios, which identify and diagnose take with --robot"
 AS_IT_WAS, EXTENDED = "model as it was", "extended model"  # the names of the two models, wherever they are drawn
 

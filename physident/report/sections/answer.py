@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
+    SET_UP_FIRST,
     cause,
     incomplete_words,
     listed,
@@ -119,6 +120,8 @@ def _cautions(c: DiagnosisRecord) -> list[Markup]:
     """Warnings that belong before the answer."""
     unseen = [wrong_unseen_sentence(c.wrong_unseen)] if c.wrong_unseen else []
     warnings = [f"{text[0].upper()}{text[1:]}." for text in (*c.warnings, *unseen)]
+    if c.warnings and c.causes:
+        warnings.append(f"{SET_UP_FIRST[0].upper()}{SET_UP_FIRST[1:]}.")
     if c.passed:
         means = placebos_in_words(c.findings, c.no_more_than_placebos)
         warnings.append(
