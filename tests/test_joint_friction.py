@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 import physident as pid
 from physident.effects.friction import FrictionAsymmetry, NonlinearViscousFriction, StribeckFriction
+from physident.effects.learned.curves import LearnedVelocity
 from physident.estimation.estimate import as_estimate
 from physident.export.mjcf.callback import with_callback
 from physident.export.mjcf.mjcf import mjcf_of
@@ -70,6 +73,37 @@ def test_no_other_damping_and_dry_friction_is_nearer(seed: int) -> None:
         assert compiled.dof_frictionloss[joint - 1] == plain.parameters("coulomb_friction")[joint - 1]
     stated = [text for text in mjcf_of(model).stated if text.startswith("friction of joint")]
     assert [text[:19] for text in stated] == [f"friction of joint {j}" for j in (1, 2, 4)]
+
+
+@dataclass(frozen=True)
+class Film(pid.FormulaEffect):
+    """Friction as a user may state it: a film that drags most at 0.3 rad/s."""
+
+    name = "film"
+    unit = "N m"
+    family = pid.Family.FRICTION
+    formulas = ("v / 0.3 / (1 + (v / 0.3) ** 2)",)
+    passive = True
+
+
+@pytest.mark.parametrize("effect", [LearnedVelocity((1,), (-3.0,), (3.0,), (20.0,)), Film((1,))])
+def test_friction_that_was_learned_or_stated_by_a_formula_is_approximated_too(effect: Any) -> None:
+    import mujoco
+
+    plain = physical_model(pid.load_robot("ur5"), 7)
+    kept = tuple(one for one in plain.effects if one.name != "torque_offset")
+    # of the curve only what is odd is friction of both directions: a part of it at each of its modes
+    values = np.random.default_rng(3).uniform(2.0, 4.0, len(effect.columns(plain.robot)))
+    model = pid.Model(plain.robot, (*kept, effect), np.concatenate([plain.theta[:78], values]))
+    compiled = mujoco.MjModel.from_xml_string(mjcf_of(model).text)
+    v = np.linspace(0, model.robot.velocity_limit[0] / 3, 101)[1:]
+    inertia = pid.Model(model.robot, kept[:2], model.theta[:66])
+    wanted = sliding(model, 1, v) - sliding(inertia, 1, v)
+    laws = np.column_stack([v, np.ones_like(v)])
+    nearest, error = nnls(laws, wanted)
+    bare = model.parameters("viscous_friction")[0], model.parameters("coulomb_friction")[0]
+    np.testing.assert_allclose([compiled.dof_damping[0], compiled.dof_frictionloss[0]], nearest, rtol=1e-6)
+    assert error < 0.7 * np.linalg.norm(wanted - laws @ bare)
 
 
 def test_file_and_callback_are_the_whole_model() -> None:

@@ -9,11 +9,18 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction, VelocityFriction, ViscousFriction
+from physident.effects.learned.curves import LearnedVelocity
+from physident.effects.user.formula import FormulaEffect
 from physident.estimation.physical.cones import FREE_SPEED
 from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 Parts = list[tuple[Effect, Array]]
+OF_VELOCITY = (
+    VelocityFriction,
+    LearnedVelocity,
+    FormulaEffect,
+)  # of formulas, those that are friction of the velocity alone
 SPEEDS = 100  # evenly spaced
 MOSTLY = (
     1 / 3
@@ -44,7 +51,7 @@ def nearest_lines(robot: Robot, kept: Parts, left_out: Parts) -> list[Line]:
             if len(term.joints) == 1:
                 damping[term.joints[0]] += term.damping or 0.0
                 dry[term.joints[0]] += term.dry or 0.0
-    own = [(effect, theta) for effect, theta in left_out if isinstance(effect, VelocityFriction)]
+    own = [(effect, theta) for effect, theta in left_out if isinstance(effect, OF_VELOCITY)]
     others = {j for effect, _ in own for j in effect.active(robot)}
     lines = []
     for j in range(robot.n):
@@ -72,6 +79,6 @@ def added(lines: list[Line], sign: float) -> Parts:
 
 def _at_joint(robot: Robot, effect: Effect, theta: Array, joint: int, v: Array) -> Array:
     """Friction (S,) of one joint (from 0) at speeds v (S,), the mean of both directions."""
-    at = [k for k, j in enumerate(effect.active(robot)) if j == joint]
+    at = [k for k, column in enumerate(effect.columns(robot)) if column.joint == joint + 1]
     both = effect.friction(robot, v) - effect.friction(robot, -v)
     return 0.5 * theta[at] @ both[at]
