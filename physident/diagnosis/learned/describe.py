@@ -12,6 +12,7 @@ from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
+HALF = 1.96  # standard errors in half of a 95 % interval
 OPEN = 2.0  # standard errors of the level of a curve: where these reach as far as all of its shape, nobody knows which way it pushes
 VISITED = 400  # places, as often as rows have been near them
 POINTS = 60  # of a curve in a file and in a picture: three for each piece of its splines
@@ -41,8 +42,7 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     no torque is sure, because other parameters take a part of it, the largest one."""
     assert isinstance(accepted.effect, LearnedCurve)
     _, torque, std = _with_error(hypothesis, accepted, accepted.effect, uncertainty)
-    sure = np.abs(torque) - uncertainty.half * std
-    top = int(np.argmax(sure if sure.max() > 0 else np.abs(torque)))
+    top = _surest(torque, uncertainty.half * std)
     value, half = float(torque[top]), uncertainty.half * float(std[top])
     return ParameterValue(
         name="largest_from_mean" if _open_mean(hypothesis, accepted, accepted.effect).any() else "largest",
@@ -56,16 +56,24 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     )
 
 
+def _surest(torque: Array, half: Array) -> int:
+    """Which of some torques (S,) is surely largest, by their half intervals (S,); where none is sure, the largest."""
+    sure = np.abs(torque) - half
+    return int(np.argmax(sure if sure.max() > 0 else np.abs(torque)))
+
+
 def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> str:
-    """Where a curve is largest of the places where recordings have been, and between which of them it is at least half of that."""
+    """Where a curve is surely largest of the places where recordings have been, and between which of them it is at least half of that."""
     robot, x, mean = (
         hypothesis.problem.model.robot,
         _visited(hypothesis, accepted, effect),
         _open_mean(hypothesis, accepted, effect),
     )
     line = _open_line(hypothesis, accepted, effect)
-    torque = (effect.shapes_at(robot, x) - mean - np.outer(x, line)) @ _theta(hypothesis, accepted)
-    words = effect.points_in_words(robot, 0, x, torque)
+    Phi, places = effect.shapes_at(robot, x) - mean - np.outer(x, line), _places(hypothesis, accepted)
+    torque = Phi @ _theta(hypothesis, accepted)
+    std = np.sqrt(np.maximum(np.sum((Phi @ hypothesis.covariance[np.ix_(places, places)]) * Phi, axis=1), 0.0))
+    words = effect.points_in_words(robot, 0, x, torque, _surest(torque, HALF * std))
     words += ", beyond the straight line that viscous friction of the model holds" if line.any() else ""
     return (
         f"{words}, from its mean there, of which another parameter of the model may hold any part"

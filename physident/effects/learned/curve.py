@@ -243,10 +243,10 @@ class LearnedCurve(Effect):
         curves = [self.curve(robot, theta, k)[:2] for k in range(len(self.active(robot)))]
         return "; ".join(self.points_in_words(robot, k, *curve) for k, curve in enumerate(curves)) + "."
 
-    def points_in_words(self, robot: Robot, k: int, x: Array, torque: Array) -> str:
-        """Where the curve of its k-th joint is largest of some ascending points (S,), and between which of them it is at least half of
-        that."""
-        j, top = self.active(robot)[k], int(np.argmax(np.abs(torque)))
+    def points_in_words(self, robot: Robot, k: int, x: Array, torque: Array, top: int | None = None) -> str:
+        """What the curve of its k-th joint is at the ``top`` of some ascending points (S,), by default where it is largest, and between which of
+        them it is at least half of that."""
+        j, top = self.active(robot)[k], int(np.argmax(np.abs(torque))) if top is None else top
         inside = torque * np.sign(torque[top]) >= np.abs(torque[top]) / 2
         first = top - int(np.argmin(inside[top::-1])) + 1 if not inside[: top + 1].all() else 0
         last = top + int(np.argmin(inside[top:])) - 1 if not inside[top:].all() else len(x) - 1
