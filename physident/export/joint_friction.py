@@ -16,11 +16,8 @@ from physident.robots.robot import Robot
 
 Array = NDArray[np.float64]
 Parts = list[tuple[Effect, Array]]
-OF_VELOCITY = (
-    VelocityFriction,
-    LearnedVelocity,
-    FormulaEffect,
-)  # of formulas, those that are friction of the velocity alone
+# of formulas, those that are no friction of the velocity alone have none here
+OF_VELOCITY = (VelocityFriction, LearnedVelocity, FormulaEffect)
 SPEEDS = 100  # evenly spaced
 MOSTLY = (
     1 / 3

@@ -71,8 +71,7 @@ def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: Lea
     )
     line = _open_line(hypothesis, accepted, effect)
     Phi, places = effect.shapes_at(robot, x) - mean - np.outer(x, line), _places(hypothesis, accepted)
-    torque = Phi @ _theta(hypothesis, accepted)
-    std = np.sqrt(np.maximum(np.sum((Phi @ hypothesis.covariance[np.ix_(places, places)]) * Phi, axis=1), 0.0))
+    torque, std = Phi @ _theta(hypothesis, accepted), _errors(Phi, hypothesis.covariance[np.ix_(places, places)])
     words = effect.points_in_words(robot, 0, x, torque, _surest(torque, HALF * std))
     words += ", beyond the straight line that viscous friction of the model holds" if line.any() else ""
     return (
@@ -91,7 +90,12 @@ def _with_error(
     x, _, Phi = effect.curve(hypothesis.problem.model.robot, theta)
     covariance = uncertainty.theta.covariance[np.ix_(places, places)]
     Phi = Phi - _open_mean(hypothesis, accepted, effect) - np.outer(x, _open_line(hypothesis, accepted, effect))
-    return x, Phi @ theta, np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
+    return x, Phi @ theta, _errors(Phi, covariance)
+
+
+def _errors(Phi: Array, covariance: Array) -> Array:
+    """Standard errors (S,) of what modes with a covariance make of some rows (S, modes)."""
+    return np.sqrt(np.maximum(np.einsum("si,ij,sj->s", Phi, covariance, Phi), 0.0))
 
 
 def _open_mean(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:

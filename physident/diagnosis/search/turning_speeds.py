@@ -2,7 +2,7 @@
 
 ``identify`` finds the speed over which each joint's dry friction turns. Where friction builds up over a distance, or a bump of friction
 lies at low speed, that speed imitates it. So a turn that is wide gives way to friction that builds up and turns at a creep wherever that
-predicts better; and once a bump is found, friction turns faster, and its reversals show what is left.
+predicts better; and once a bump is found, friction turns faster, or more slowly if it was taken for a sudden turn, and its reversals show what is left.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from physident.dynamics.regressor import Regressor
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction
-from physident.estimation.dry_friction.row_weights import CREEP
+from physident.estimation.dry_friction.row_weights import CREEP, turning_widths
 from physident.estimation.dry_friction.transition_width import WIDTHS, with_transitions
 from physident.estimation.estimate import Estimate
 from physident.estimation.shapes.shape_parameters import settled_regressor
@@ -163,7 +163,7 @@ def _with_speeds_beside(found: SearchResult) -> DiagnosisProblem | None:
 
 def _errs_more_where_it_grew(found: SearchResult, other: DiagnosisProblem) -> bool:
     """Whether a wider turn leaves more of all rows of a joint: those that it calls uncertain may be those that it describes worse."""
-    now, then = (_widths(one.model) for one in (found.last.hypothesis.problem, other))
+    now, then = (turning_widths(one.model) for one in (found.last.hypothesis.problem, other))
     grown = then > now
     if not grown.any():
         return False
@@ -174,17 +174,11 @@ def _errs_more_where_it_grew(found: SearchResult, other: DiagnosisProblem) -> bo
     return bool(np.any(left[1][grown] > left[0][grown]))
 
 
-def _widths(model: Model) -> NDArray[np.float64]:
-    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, zero where there is none."""
-    widths = [own for effect in model.effects if (own := effect.transition(model.robot)) is not None]
-    return np.max([np.zeros(model.robot.n), *widths], axis=0)
-
-
 def _widest(model: Model, may_grow: bool) -> NDArray[np.float64]:
     """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, at most. Where it builds up over a distance, too, no wider than now:
     a wider turn calls the rows uncertain that alone tell the two apart. Where more than its level was found, such as that of a breakaway torque,
     it ``may_grow``, because a sudden turn may have stood for that."""
-    widest, more = _widths(model), [e for e in model.effects if e.dry and not _is_open(e)]
+    widest, more = turning_widths(model), [e for e in model.effects if e.dry and not _is_open(e)]
     levels, bristles = (
         {j for e in more if e.pointwise == at_once for j in e.active(model.robot)} for at_once in (True, False)
     )

@@ -35,8 +35,13 @@ def spread_rows(robot: Robot, effects: Sequence[Effect], signals: Sequence[Signa
 
 def creep(model: Model) -> Array:
     """The speed (n,) [rad/s|m/s] of each joint at which its dry friction has turned, however wide its sign is."""
+    return np.maximum(CREEP * model.robot.radian, TURNED * turning_widths(model))
+
+
+def turning_widths(model: Model) -> Array:
+    """The widths (n,) [rad/s|m/s] over which a model's dry friction turns, zero where there is none or it turns at once."""
     stated = [widths for effect in model.effects if (widths := effect.transition(model.robot)) is not None]
-    return np.maximum(CREEP * model.robot.radian, TURNED * np.max([np.zeros(model.robot.n), *stated], axis=0))
+    return np.max([np.zeros(model.robot.n), *stated], axis=0)
 
 
 def dry_level(model: Model) -> Array:
