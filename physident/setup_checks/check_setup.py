@@ -21,6 +21,7 @@ from physident.setup_checks.order import TWICE, check_labels, check_order
 from physident.setup_checks.position import check_positions, check_zeros, upside_down_gain
 from physident.setup_checks.rows import Rows, rows_of
 from physident.setup_checks.samples import check_samples
+from physident.setup_checks.still import check_still
 from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
 
@@ -77,7 +78,11 @@ def _of_robot(robot: Robot, recordings: Sequence[Recording]) -> Iterator[SetupFi
     if rows is None:
         return
     moments = moments_of(rows)
-    first = check_positions(rows, moments, unit=True) or check_order(rows, moments)
+    first = (
+        check_still(rows, moments, recordings)
+        or check_positions(rows, moments, unit=True)
+        or check_order(rows, moments)
+    )
     zero = None if first is not None else check_zeros(rows, moments)
     first = (
         first

@@ -69,7 +69,28 @@ def check_order(rows: Rows, moments: Moments) -> SetupFinding | None:
     alike = [h for h in convincing[1:] if _total(h, shares) > _total(best, shares) - TWICE]
     rivals = [h for h in alike if (h.order != best.order).any() or (h.sign != best.sign).any()]
     finding = _finding(best, rivals, shares)
-    return _of_positions(finding) if finding.kind == "effort_sign" and _carries_as_described(rows, best) else finding
+    return _or_positions(finding, rows, best, shares) if finding.kind == "effort_sign" else finding
+
+
+def _or_positions(finding: SetupFinding, rows: Rows, best: Hypothesis, shares: tuple[Array, Array]) -> SetupFinding:
+    """The finding about the efforts' sign, as one about the positions' where these explain more, or with them as its rival."""
+    if _carries_as_described(rows, best):
+        return _of_positions(finding)
+    as_efforts = np.where(best.sign > 0, np.diag(shares[0]), np.diag(shares[1]))
+    as_positions = own_unexplained(moments_of(rows.counted(best.sign)))
+    gain = float(np.log(np.maximum(as_efforts, CERTAIN) / np.maximum(as_positions, CERTAIN)).sum())
+    turned = best.sign < 0
+    if gain > TWICE:
+        return replace(
+            finding,
+            kind="position_sign",
+            statement=f"{counts_the_other_way(finding.joints)}: turn the sign of q and dq over",
+            evidence=f"the description leaves {100 * np.diag(shares[0])[turned].mean():.0f} % of the variance of their efforts as they are,"
+            f" {100 * as_positions[turned].mean():.0f} % when corrected",
+        )
+    return (
+        replace(finding, rivals=(*finding.rivals, counts_the_other_way(finding.joints))) if gain > -TWICE else finding
+    )
 
 
 def _carries_as_described(rows: Rows, turned: Hypothesis) -> bool:
@@ -83,13 +104,17 @@ def _carries_as_described(rows: Rows, turned: Hypothesis) -> bool:
 
 def _of_positions(finding: SetupFinding) -> SetupFinding:
     """The finding about the efforts' sign as one about the positions'."""
-    joints = joint_list(finding.joints)
     return replace(
         finding,
         kind="position_sign",
-        statement=f"the position of {joints} counts the other way; its friction would drive the motion, while it carries its weight as described:"
+        statement=f"{counts_the_other_way(finding.joints)}; its friction would drive the motion, while it carries its weight as described:"
         " turn the sign of q and dq over",
     )
+
+
+def counts_the_other_way(joints: Sequence[int]) -> str:
+    """In words, that positions of joints (from 1) have the wrong sign."""
+    return f"the position of {joint_list(joints)} counts the other way"
 
 
 def check_labels(rows: Rows, moments: Moments, than: float = 0.0) -> SetupFinding | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from physident.setup_checks.finding import SetupFinding, within
 from physident.setup_checks.jackknife import jackknife
 from physident.setup_checks.joint_fit import CERTAIN, Moments, moments_of, own_unexplained
-from physident.setup_checks.order import LOSS, THRICE, TWICE
+from physident.setup_checks.order import LOSS, THRICE, TWICE, counts_the_other_way
 from physident.setup_checks.rows import Rows
 
 # how a joint may stand in a recording and not in the description: direction (1 or -1) and zero [rad]
@@ -19,6 +20,7 @@ PLACES = {
     "is recorded 90 degrees above where it is described": (1.0, -np.pi / 2),
     "is recorded half a turn from where it is described": (1.0, np.pi),
 }
+COUNTS = "counts the other way, and its effort does not"
 MARGIN = 0.1  # of a joint's range beyond its limits: limits in descriptions are rounded
 OUTSIDE = 0.05  # of the rows: single rows may be wrong
 FACTORS = np.geomspace(20.0, 200.0, 24)  # gear ratios of arms; degrees are among them
@@ -60,8 +62,7 @@ def check_zeros(rows: Rows, moments: Moments) -> tuple[float, SetupFinding] | No
     as_is = own_unexplained(moments)
     found: tuple[float, int, str, Moments] | None = None
     for j in range(rows.robot.n):
-        for change, (direction, zero) in PLACES.items():
-            other_rows = rows.placed(j, direction, zero)
+        for change, other_rows in _elsewhere(rows, j):
             other = moments_of(other_rows)
             gains = np.log(np.maximum(as_is, CERTAIN) / np.maximum(own_unexplained(other), CERTAIN))
             strong = gains[other_rows.strong()]
@@ -85,14 +86,25 @@ def check_zeros(rows: Rows, moments: Moments) -> tuple[float, SetupFinding] | No
     if min(lasting) < TWICE:
         return None
     mean = [100 * float(shares.mean()) for shares in (as_is, own_unexplained(other))]
+    if change == COUNTS:
+        kind, statement = "position_sign", f"{counts_the_other_way((j + 1,))}: turn the sign of q and dq over"
+    else:
+        kind = "joint_place"
+        statement = f"joint {j + 1} {change}; correct its positions, with velocities and efforts where it turns the other way, or the description's zero and axis"
     return total, SetupFinding(
-        kind="joint_place",
+        kind=kind,
         joints=(j + 1,),
-        statement=f"joint {j + 1} {change}; correct its positions, with velocities and efforts where it turns the other way, or the"
-        " description's zero and axis",
+        statement=statement,
         evidence=f"the description then leaves {mean[1]:.0f} % of the variance instead of {mean[0]:.0f} %, mean over joints",
         void=True,
     )
+
+
+def _elsewhere(rows: Rows, joint: int) -> Iterator[tuple[str, Rows]]:
+    """The rows with a joint (from 0) in each of ``PLACES``, and with its positions alone turned over."""
+    for change, (direction, zero) in PLACES.items():
+        yield change, rows.placed(joint, direction, zero)
+    yield COUNTS, rows.counted(np.where(np.arange(rows.robot.n) == joint, -1.0, 1.0))
 
 
 def upside_down_gain(rows: Rows, moments: Moments) -> float:

@@ -84,6 +84,11 @@ class Rows:
             bristles=self.bristles[:, order],
         )  # fmt: skip
 
+    def counted(self, sign: Array) -> Rows:
+        """The rows with positions that count in the direction of ``sign`` (n,) of 1 or -1, and efforts as they are."""
+        turned = {name: sign * getattr(self, name) for name in ("q", "v", "a", "sign")}
+        return replace(self, bristles=sign[:, None] * self.bristles, **turned)
+
     def placed(self, joint: int, direction: float, zero: float) -> Rows:
         """The rows with a joint (from 0) that turns in another ``direction`` (1 or -1) and stands ``zero`` [rad] further on."""
         factor = np.ones(self.robot.n)

@@ -31,11 +31,13 @@ from physident.cli.options import (
 from physident.errors import InputError, warn
 
 if TYPE_CHECKING:
+    from physident.diagnosis.result.diagnosis import Diagnosis
     from physident.dynamics.model import Model
     from physident.estimation.estimate import Estimate
+    from physident.recordings.recording import Recording
     from physident.robots.robot import Robot
 
-CAUSE_FOUND = 4  # exit code of --fail-on cause
+FAULT_FOUND = 4  # exit code of --fail-on
 
 
 @app.command(short_help="Find what a model gets wrong, and why.")
@@ -71,7 +73,11 @@ def diagnose(
     ] = None,
     fail_on: Annotated[
         str | None,
-        typer.Option("--fail-on", metavar="cause", help="End with exit code 4 where a cause is found."),
+        typer.Option(
+            "--fail-on",
+            metavar="cause|unexplained",
+            help="End with exit code 4 where a cause is found, or also where the error has structure that nothing explains.",
+        ),
     ] = None,
     json_out: JsonOption = None,
     out: Annotated[
@@ -123,8 +129,8 @@ def diagnose(
         raise InputError(
             "--before was given without --model; expected it with a model that was identified before a change"
         )
-    if fail_on not in (None, "cause"):
-        raise InputError(f"--fail-on is {fail_on!r}, expected cause")
+    if fail_on not in (None, "cause", "unexplained"):
+        raise InputError(f"--fail-on is {fail_on!r}, expected cause or unexplained")
     holdouts = holdout or []
     check_outputs([*recordings, *holdouts, *(before or []), model, robot], json_out, out, plot=plot)
     start = (
@@ -138,11 +144,14 @@ def diagnose(
     loaded = read_recordings(recordings, layout, drive_gains, joints=named)
     unseen = read_recordings(holdouts, layout, drive_gains, joints=named) if holdouts else []
     control = read_recordings(before, layout, drive_gains, joints=named) if before else None
+    if fail_on is not None:
+        _refuse_wrong_setup(start, [*loaded, *unseen])
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     with busy("searching") as say:
         found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets, control)
-    if isinstance(found, AtRest) and (out is not None or plot is not None):
-        raise InputError("no recording moves; expected recordings in motion for --out and --plot")
+    needs_motion = {"--out": out, "--plot": plot, "--fail-on": fail_on}
+    if isinstance(found, AtRest) and (options := [name for name, given in needs_motion.items() if given is not None]):
+        raise InputError(f"no recording moves; expected recordings in motion for {' and '.join(options)}")
     if simulator is not None and not isinstance(found, AtRest):
         from physident.replay.gain import with_simulator
 
@@ -168,8 +177,24 @@ def diagnose(
         beyond = any(not finding.handed_on for finding in found.findings)
         why = "the unseen recordings are predicted worse by it" if beyond else "nothing to extend the model by"
         typer.echo(f"written: {out}" if found.estimate is not None else f"{why}: {out} not written")
-    if fail_on is not None and isinstance(found, Diagnosis) and found.causes:
-        raise typer.Exit(CAUSE_FOUND)
+    if fail_on is not None and isinstance(found, Diagnosis) and _fails(found, fail_on):
+        raise typer.Exit(FAULT_FOUND)
+
+
+def _fails(found: Diagnosis, fail_on: str) -> bool:
+    return bool(found.causes) or (fail_on == "unexplained" and found.verdict == "unexplained")
+
+
+def _refuse_wrong_setup(start: Estimate | Model, recordings: list[Recording]) -> None:
+    """Raises InputError for a set-up that voids the answer: a job has nobody who reads the warning."""
+    from physident.estimation.estimate import Estimate
+    from physident.setup_checks import check_setup
+
+    model, gains = (start.model, start.drive_gains) if isinstance(start, Estimate) else (start, None)
+    used = [recording.with_default_drive_gains(gains) for recording in recordings]
+    for finding in check_setup(model.robot, used):
+        if finding.void:
+            raise InputError(f"{finding}; expected a right set-up with --fail-on")
 
 
 def _identified(path: Path, cutoff: float | None) -> Estimate:

@@ -100,6 +100,7 @@ class Unexplained:
             if shares[name] > 0.05
             else "no dependence on velocity, position, load or time"
         )
+        kind = "" if self.remembers else "it remembers no longer than noise; "
         most = max(self.predictable or 0.0, shares[name])
         bound = (
             f"; at most {100 * most:.0f} % of it is any function of the joint's position, velocity, acceleration and load"
@@ -108,7 +109,7 @@ class Unexplained:
         )
         moment = f"; {bursts_in_words(self.bursts)}" if self.bursts else ""
         moment += f"; {self.friction_between.in_words}" if self.friction_between else ""
-        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {dependence}{moment}{bound}"
+        return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {kind}{dependence}{moment}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
@@ -130,12 +131,13 @@ def beside_own(
 
 
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:
-    """The joints whose residual is structured and larger than what differs where a motion repeats.
+    """The joints whose residual is structured and larger than what differs where a motion repeats, or than the model's own recordings show
+    by far: what comes and goes by itself is no function of the motion, and new nevertheless.
 
     This is the one rule that the verdict, the text, the report and the session follow.
     """
     floor = np.zeros(len(unexplained)) if noise_floor is None else AT_FLOOR * noise_floor
-    return tuple(one for one in unexplained if one.structured and one.rms > floor[one.joint - 1])
+    return tuple(one for one in unexplained if one.structured and (one.rms > floor[one.joint - 1] or one.grown))
 
 
 def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
