@@ -88,6 +88,27 @@ def joint_zero(arm: Arm, rng: Rng) -> Wrong:
     return _placed(arm, rng, 1.0, float(rng.choice([-0.5, 0.5])) * np.pi)
 
 
+def position_turned(arm: Arm, rng: Rng) -> Wrong:
+    """The position and velocity of a joint that carries weight count the other way, its effort does not."""
+    here = np.arange(arm.robot.n) == _strong(arm, rng)
+    sign = np.where(here, -1.0, 1.0)
+
+    def change(r: pid.Recording) -> pid.Recording:
+        return replace(r, q=sign * r.q, dq=None if r.dq is None else sign * r.dq)
+
+    return _with(arm, change, "position_sign", joints=(int(np.flatnonzero(here)[0]) + 1,))
+
+
+def encoder_frozen(arm: Arm, rng: Rng) -> Wrong:
+    """The position of a joint that carries weight stays where it began."""
+    here = np.arange(arm.robot.n) == _strong(arm, rng)
+
+    def change(r: pid.Recording) -> pid.Recording:
+        return replace(r, q=np.where(here, r.q[0], r.q), dq=None if r.dq is None else np.where(here, 0.0, r.dq))
+
+    return _with(arm, change, "position_frozen", joints=(int(np.flatnonzero(here)[0]) + 1,))
+
+
 def efforts_reversed(arm: Arm, rng: Rng) -> Wrong:
     """The effort columns are in reverse order."""
     n = arm.robot.n
@@ -135,8 +156,8 @@ def dq_scaled(arm: Arm, rng: Rng) -> Wrong:
 
 
 MISTAKES = (
-    all_signs, one_sign, gains_a_tenth, gains_tenfold, another_robot, efforts_swapped, joints_swapped, joint_turned, joint_zero, efforts_reversed,
-    q_and_dq_swapped, positions_in_degrees, motor_positions, dq_sign, dq_degrees, dq_swapped, dq_scaled,
+    all_signs, one_sign, gains_a_tenth, gains_tenfold, another_robot, efforts_swapped, joints_swapped, joint_turned, joint_zero, position_turned,
+    encoder_frozen, efforts_reversed, q_and_dq_swapped, positions_in_degrees, motor_positions, dq_sign, dq_degrees, dq_swapped, dq_scaled,
 )  # fmt: skip
 
 
@@ -156,9 +177,7 @@ def sister(robot: pid.Robot, length: float = 1.6, mass: float = 2.5) -> pid.Robo
 
 
 def _placed(arm: Arm, rng: Rng, direction: float, zero: float) -> Wrong:
-    rows = rows_of(arm.robot, arm.recordings)
-    assert rows is not None
-    j = int(rng.choice(np.flatnonzero(rows.strong())))
+    j = _strong(arm, rng)
     here = np.arange(arm.robot.n) == j
     sign = np.where(here, direction, 1.0)
 
@@ -167,6 +186,13 @@ def _placed(arm: Arm, rng: Rng, direction: float, zero: float) -> Wrong:
         return replace(r, q=sign * r.q + here * zero, dq=dq, effort=sign * r.effort)
 
     return _with(arm, change, "joint_place", joints=(j + 1,))
+
+
+def _strong(arm: Arm, rng: Rng) -> int:
+    """One of the joints (from 0) on which inertia and gravity are large."""
+    rows = rows_of(arm.robot, arm.recordings)
+    assert rows is not None
+    return int(rng.choice(np.flatnonzero(rows.strong())))
 
 
 def _all(arm: Arm) -> tuple[int, ...]:
