@@ -76,6 +76,8 @@ def _or_positions(finding: SetupFinding, rows: Rows, best: Hypothesis, shares: t
     """The finding about the efforts' sign, as one about the positions' where these explain more, or with them as its rival."""
     if _carries_as_described(rows, best):
         return _of_positions(finding)
+    if best.whole:  # nobody turns all positions over
+        return finding
     as_efforts = np.where(best.sign > 0, np.diag(shares[0]), np.diag(shares[1]))
     as_positions = own_unexplained(moments_of(rows.counted(best.sign)))
     gain = float(np.log(np.maximum(as_efforts, CERTAIN) / np.maximum(as_positions, CERTAIN)).sum())
