@@ -55,6 +55,12 @@ def test_the_motion_goes_where_the_curve_was_not_and_leaves_less_of_it_open(esti
     assert one.before[1] < 0.5 * one.possible[1]  # what was recorded
     assert one.reached[0] < 0.8 * one.possible[0]
     assert one.reached[1] > 0.8 * one.possible[1]
+    v = found.design.trajectory.states(np.linspace(0.0, found.design.trajectory.duration, 4001)).v[:, 2]
+    np.testing.assert_allclose(
+        one.reached, (v.min(), v.max()), rtol=1e-2
+    )  # the motion's own, without what was seen before
+    assert one.gap is None
+    assert replace(one, reached=(one.before[1] + 0.5, one.before[1] + 1.0)).gap == (one.before[1], one.before[1] + 0.5)
     plain = pid.design_trajectory(estimate, base_frequency=0.1, periods=2, **QUICK)
     assert left_open(estimate, found.design.trajectory, 3) < left_open(estimate, plain.trajectory, 3)
     assert not found.design.trajectory.violations(estimate.model.robot)
@@ -65,7 +71,7 @@ def test_the_motion_goes_where_the_curve_was_not_and_leaves_less_of_it_open(esti
 def test_curves_of_several_joints_are_covered_together_or_one_alone(estimate: pid.Estimate) -> None:
     both = pid.design_covering(estimate, "learned_position", **QUICK)
     assert [one.joint for one in both.covered] == [2, 4]
-    assert max(np.ptp(one.reached) / np.ptp(one.before) for one in both.covered) > 1.2
+    assert max(np.ptp([one.reached, one.before]) / np.ptp(one.before) for one in both.covered) > 1.2
     alone = pid.design_covering(estimate, "learned_position", 4, **QUICK)
     assert [one.joint for one in alone.covered] == [4]
 

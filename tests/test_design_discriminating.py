@@ -171,3 +171,22 @@ def test_rivals_of_an_identified_model_keep_the_settings_of_their_joints(arm):
     assert isinstance(on_joint, CoulombFriction)
     assert (on_joint.joints, on_joint.smoothing) == ((2,), (0.02,))
     assert len(rivals.reduced_model.theta) == len(arm.theta) - 1
+
+
+def test_what_needs_more_torque_than_the_drive_has_does_not_show(arm):
+    """A spring's torque is its stiffness times the largest angle; ten times the noise asks for ten times as much."""
+    motion = pid.random_trajectory(arm.robot, 3, base_frequency=0.1)
+    _, q, _, _ = motion.sample(125.0)
+    rivals = rivals_of(arm, "joint_spring", "torque_ripple", 6)
+    limit = arm.robot.torque_limit[5]
+    said = []
+    for sigma in (0.02, 0.2, 2.0, 20.0, 200.0):
+        noise = Noise(sigma=np.full(6, sigma), worth=np.full(6, 2.0), filter=pid.Filter())
+        (spring,) = (one for one in detectable_magnitudes(arm, rivals, motion, noise) if one.effect == "joint_spring")
+        needed = spring.magnitude * np.abs(q[:, 5]).max()
+        said.append(spring.beyond is not None)
+        assert said[-1] == (needed > limit)
+        if spring.beyond is not None:
+            assert spring.beyond == pytest.approx(needed, rel=0.05)
+    assert said[0] is False
+    assert said[-1] is True

@@ -10,7 +10,7 @@ from physident.excitation.design import Design
 
 @dataclass(frozen=True, kw_only=True)
 class Covered:
-    """The range of one ``joint``'s (from 1) quantity, in its ``unit``: ``before`` the motion, ``reached`` by it, and the
+    """The range of one ``joint``'s (from 1) quantity, in its ``unit``: recorded ``before`` the motion, ``reached`` by it, and the
     ``possible`` one within the joint's limits."""
 
     joint: int
@@ -18,6 +18,12 @@ class Covered:
     before: tuple[float, float]
     reached: tuple[float, float]
     possible: tuple[float, float]
+
+    @property
+    def gap(self) -> tuple[float, float] | None:
+        """What lies between the ranges before and by the motion and is in neither; None where they touch."""
+        low, high = sorted((self.before, self.reached))
+        return (low[1], high[0]) if high[0] > low[1] else None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,13 +43,18 @@ class Coverage:
             f"  {one.joint:5d}  {_range(one.before)}  {_range(one.reached)}  {_range(one.possible)}  {one.unit}"
             for one in self.covered
         ]
+        gaps = [
+            f"; joint {one.joint} is then still unseen from {one.gap[0]:.3g} to {one.gap[1]:.3g} {one.unit}"
+            for one in self.covered
+            if one.gap is not None
+        ]
         return "\n".join(
             [
                 self.design.summary,
                 f"Covers {self.effect}",
-                f"  joint  {'recorded before':>18}  {'with this motion':>18}  {'possible':>18}",
+                f"  joint  {'recorded before':>18}  {'by this motion':>18}  {'possible':>18}",
                 *rows,
-                f"verdict: {self.design.limits_verdict}",
+                f"verdict: {self.design.limits_verdict}{''.join(gaps)}",
             ]
         )
 

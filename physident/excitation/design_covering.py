@@ -168,10 +168,12 @@ def _covered(model: Model, curve: LearnedCurve, wide: LearnedCurve, states: Sign
     (j,), robot = curve.active(model.robot), model.robot
     x = curve.quantity(states)
     assert x is not None
-    before = curve.ends(robot)
-    reached = (min(float(x[:, j].min()), before[0]), max(float(x[:, j].max()), before[1]))
-    ends = wide.ends(robot)  # of random motions: a designed one may go beyond
-    possible = (min(ends[0], reached[0]), max(ends[1], reached[1]))
+    before, ends = curve.ends(robot), wide.ends(robot)
+    reached = (float(x[:, j].min()), float(x[:, j].max()))
+    possible = (
+        min(ends[0], reached[0]),
+        max(ends[1], reached[1]),
+    )  # ends of random motions: a designed one may go beyond
     return Covered(
         joint=j + 1, unit=curve.unit_of_quantity(robot, j), before=before, reached=reached, possible=possible
     )

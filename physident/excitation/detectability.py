@@ -34,7 +34,8 @@ class Detectable:
     """The smallest ``magnitude`` [``unit``] of an effect's ``parameter`` on a joint that shows beside its ``rival``.
 
     ``shape`` are the effect's shape parameters. ``usual`` is the median magnitude that random motions of the same length
-    need. Both are infinite where the effect never shows.
+    need. Both are infinite where the effect never shows. ``beyond`` [N m|N] is the effect's largest torque at that magnitude where
+    the joint's drive has less, and None where it has as much.
     """
 
     effect: str
@@ -45,6 +46,7 @@ class Detectable:
     shape: tuple[float, ...]
     magnitude: float
     usual: float = float("nan")
+    beyond: float | None = None
 
 
 def detectable_magnitudes(model: Model, rivals: Rivals, motion: Motion, noise: Noise) -> list[Detectable]:
@@ -63,7 +65,8 @@ def detectable_magnitudes(model: Model, rivals: Rivals, motion: Motion, noise: N
             baseline = Baseline.of(regressor, 1 / (noise.sigma * np.sqrt(memory)))
             samples = len(regressor.time) * float(np.mean(1 / memory)) * n
             for variant in rivals.on(name, joint):
-                projection = baseline.project(build_regressor(model.robot, [variant], [signals], filter, model=model))
+                alone = build_regressor(model.robot, [variant], [signals], filter, model=model)
+                projection, largest = baseline.project(alone), np.abs(alone.Y[:, joint - 1]).max(axis=0)
                 shape = tuple(
                     float(v[0]) for s in variant.shape_parameters if (v := getattr(variant, s.field)) is not None
                 )
@@ -71,10 +74,11 @@ def detectable_magnitudes(model: Model, rivals: Rivals, motion: Motion, noise: N
                     inner, outside = float(projection.gram[k, k]), float(projection.outside_gram[k, k])
                     shows = outside > 1e-9 * inner > 0
                     magnitude = _magnitude(outside, samples) if shows else float("inf")
+                    torque = magnitude * float(largest[k]) if shows else 0.0
                     result.append(
                         Detectable(
                             effect=name, rival=rival, joint=joint, parameter=column.name, unit=column.unit, shape=shape,
-                            magnitude=magnitude,
+                            magnitude=magnitude, beyond=torque if torque > model.robot.torque_limit[joint - 1] else None,
                         )
                     )  # fmt: skip
     return result

@@ -43,6 +43,12 @@ class Discrimination:
         smallest = self._smallest()
         never = sorted({one.joint for one in smallest if one.magnitude == float("inf")})
         note = f"; no motion shows it on joint {', '.join(map(str, never))}" if never else ""
+        weak = [f"{one.effect} of joint {one.joint}" for one in smallest if one.beyond is not None]
+        note += (
+            f"; but this noise hides {', '.join(weak)}: what would show needs more torque than the drive has"
+            if weak
+            else ""
+        )
         return "\n".join(
             [
                 self.design.summary,

@@ -17,6 +17,7 @@ from physident.recordings.formats.table import Table
 from physident.recordings.recording import Recording, recording_from_rows
 from physident.recordings.rows import MIN_DURATION
 from physident.recordings.signals import Signals
+from physident.simulation.beyond_curves import warn_beyond_curves
 from physident.simulation.controllers import Controller
 from physident.simulation.integrate import STEP, check_step, integrate
 from physident.simulation.radau import ExtraTorque
@@ -59,6 +60,7 @@ class Simulation:
             step,
             None if warming is None else lambda time: warming.at(time, robot.n),
         )
+        warn_beyond_curves(self.model, truth)
         rng = np.random.default_rng(self.seed)
         return sensors.read(robot, measured(self.model, truth), self.trajectory.duration, rng)
 
@@ -92,7 +94,7 @@ def simulate(
     ``controller``: ``PD`` (default, 8 Hz), ``ComputedTorque`` or ``Released``; ``sensors``: ideal ones at 125 Hz by
     default; ``extra_torque(time, q, v)`` (n,) [N m|N] pushes the joints from outside and is not measured; ``seed`` of
     the sensors' noise; ``step`` [s] the longest of the integration. Raises InputError and NotSolvedError as
-    ``integrate``, and InputError for a motion under two seconds.
+    ``integrate``, and InputError for a motion under two seconds; warns of a learned curve whose range the motion leaves.
     """
     model = model.model if isinstance(model, Estimate) else model
     return Simulation(model, trajectory, controller, sensors or IDEAL, extra_torque, seed, step).run()
