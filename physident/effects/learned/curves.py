@@ -268,12 +268,13 @@ class LearnedTime(LearnedCurve):
 
     @classmethod
     def is_shown(cls, signals: Sequence[Signals], joint: int) -> bool:
-        """Where no two recordings are of one motion: of two that are, one predicts every error of the model in the other by its time."""
+        """In two recordings or more, none of which are of one motion: of two that are, one predicts every error of the model in the other
+        by its time, and one alone does not show that anything repeats."""
         until = min(float(one.time[-1] - one.origin) for one in signals)
         since = np.linspace(0.0, until, COMPARED)
         q = np.array([np.interp(since, one.time - one.origin, one.q[:, joint]) for one in signals])
         apart = [np.mean((a - b) ** 2) for k, a in enumerate(q) for b in q[:k]]
-        return not apart or float(min(apart)) > ONE_MOTION * float(np.var(q))
+        return bool(apart) and float(min(apart)) > ONE_MOTION * float(np.var(q))
 
     def quantity(self, signals: Signals) -> Array | None:
         return np.tile((signals.time - signals.origin)[:, None], signals.q.shape[1])
