@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.dynamics.model import Model
-from physident.effects.catalogue import CATALOGUE
+from physident.effects.catalogue import CATALOGUE, ORIGIN
 from physident.effects.classification import Detection, Scope
 from physident.effects.effect import Effect
+from physident.effects.user.guarded import LARGEST, read_only
 from physident.effects.user.registration import check_class
 from physident.errors import InputError
 from physident.identifiability.base_parameters import random_motion
@@ -58,7 +59,8 @@ def _motion(robot: Robot, seed: int) -> Signals:
     """A random motion that a model with friction and offsets has been evaluated on."""
     model = Model.nominal(robot)
     added = np.random.default_rng(seed).uniform(0.5, 2.0, len(model.theta)) * (model.theta == 0)
-    return Model(robot, model.effects, model.theta + added * _others(model)).refer(random_motion(robot, seed))
+    arm = Model(robot, model.effects, model.theta + added * _others(model))
+    return read_only(arm.refer(random_motion(robot, seed)))
 
 
 def _others(model: Model) -> Array:
@@ -84,8 +86,10 @@ def _values_of_the_motion(effect: Effect, robot: Robot, motion: Signals) -> Iter
     if values.shape != expected:
         yield f"values have shape {values.shape}, expected {expected}: a row for each entry of pattern"
         return
-    if not np.isfinite(values).all():
-        yield "values are not finite on a random motion"
+    if not (np.abs(values) < LARGEST).all():
+        yield f"values on a random motion are not finite or larger than {LARGEST:g}"
+    if effect.pointwise and effect.scope is Scope.JOINT and not values.any():
+        yield "values are zero along a whole random motion"
     if len({tuple(entry) for entry in pattern.tolist()}) < len(pattern):
         yield "pattern names an entry twice"
     still = replace(random_motion(robot, 0), **{key: np.zeros_like(motion.q) for key in "qva"})
@@ -126,7 +130,7 @@ def _energy(effect: Effect, robot: Robot, motion: Signals) -> Iterator[str]:
 
 def _text_in_a_file(effect: Effect, robot: Robot, motion: Signals) -> Iterator[str]:
     settings = json.loads(json.dumps(effect.as_dict()))
-    fields = {key: _tuples(value) for key, value in settings.items() if key not in ("effect", "from")}
+    fields = {key: _tuples(value) for key, value in settings.items() if key not in ORIGIN}
     if type(effect)(**fields) != effect:
         yield "it is another effect after it was written to a file and read; expected fields of numbers, texts and tuples of them"
     hash(effect)

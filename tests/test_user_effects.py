@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
@@ -38,6 +39,8 @@ BAD = {
     "no family": (CLASS.replace("pid.Family.FRICTION", "'friction'"), r"states no family"),
     "no expression": (CLASS.replace('("v / 0.3', '("v / / 0.3'), r"no expression of Python"),
     "one text": (CLASS.replace('formulas = ("', 'formulas = "').replace('",)', '"'), r"is one text; expected several"),
+    "no formulas": (CLASS.split("    formulas")[0] + "    formulas = ()\n", r"states no formulas"),
+    "two of a name": (CLASS + "\n\n" + CLASS.replace("class Lubricant", "class Other"), r"as another effect there"),
     "not frozen": (CLASS.replace("@dataclass(frozen=True)", "") + "    c: float = 1.0\n", r"frozen"),
 }
 
@@ -207,6 +210,62 @@ class OtherFormula(Drives):
 def test_the_contract_names_what_is_broken(effect: type[pid.Effect], clause: str) -> None:
     with pytest.raises(AssertionError, match=clause):
         check_effect(effect)
+
+
+VALUES = """
+    def values(self, robot, signals):
+        {body}
+"""
+FAULTY = {
+    "writes": (
+        "signals.v[:] *= 2; return signals.v.T",
+        r"line \d+: lubricant_friction.values fails: ValueError: .*read-only",
+    ),
+    "shape": ("return signals.v", r"gives an array of shape \(\d+, 6\); expected \(6, \d+\)"),
+    "nothing": ("return None", r"gives a NoneType; expected a NumPy array"),
+    "complex": ("return signals.v.T * 1j", r"gives an array of complex128; expected"),
+    "not finite": ("return signals.v.T / 0.0", r"not finite .* where q = \["),
+    "huge": ("return 1e200 * signals.v.T", r"larger than 1e\+50"),
+    "a bug": ("return signals.velocity.T", r"AttributeError: 'Signals' object has no attribute 'velocity'"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTY)
+def test_a_faulty_law_is_one_line_and_changes_nothing_else(own: Path, fault: str, ur5: pid.Robot) -> None:
+    body, says = FAULTY[fault]
+    Path("faulty.py").write_text(CLASS + VALUES.format(body=body), encoding="utf-8")
+    (effect,) = pid.load_effects("faulty.py")
+    motion = random_motion(ur5, 1)
+    before = {name: np.array(getattr(motion, name)) for name in "qva"}
+    with pytest.raises(pid.InputError, match=says) as told:
+        pid.Model.nominal(ur5, ["rigid_body", NAME]).torque(motion)
+    assert "\n" not in str(told.value)
+    assert str(told.value).startswith("faulty.py: ")
+    for name, values in before.items():
+        np.testing.assert_array_equal(getattr(motion, name), values)
+    with pytest.raises(AssertionError):
+        check_effect(effect)
+
+
+def test_formulas_cannot_write_either(own: Path, ur5: pid.Robot) -> None:
+    law = CLASS.split("    formulas")[0] + '    formulas = ("np.multiply(v, 2, out=v)",)\n'
+    Path("writes.py").write_text(law, encoding="utf-8")
+    pid.load_effects("writes.py")
+    with pytest.raises(pid.InputError, match="read-only"):
+        pid.Model.nominal(ur5, ["rigid_body", NAME]).torque(random_motion(ur5, 1))
+
+
+def test_a_law_that_was_edited_since_is_told(own: Path, ur5: pid.Robot) -> None:
+    runs = [record(arm(ur5), k) for k in (1, 2)]
+    pid.load_effects("my_effects.py")
+    pid.identify(ur5, runs, effects=["rigid_body", "coulomb_friction", NAME]).save("model.json")
+    for change, told in (("", 0), ("# a note\n", 1)):
+        Path("my_effects.py").write_text(CLASS + change, encoding="utf-8")
+        pid.load_effects("my_effects.py")
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            pid.load_estimate("model.json")
+        assert len([one for one in said if "is not the file of lubricant_friction" in str(one.message)]) == told
 
 
 def test_the_contract_refuses_a_class_that_no_catalogue_takes() -> None:

@@ -122,7 +122,7 @@ def ask(
     signals = prepare_all(given.robot, with_torque, used_filter)
     check_lengths(given, signals, used_filter)
     check_holdout(model, diagnosed, held, used_filter)
-    warnings = warn_of_setup(given.robot, [*with_torque, *held_torque])
+    warnings = warn_of_setup(given.robot, with_torque, held_torque)
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)
     own, control, lost = _own_and_control(estimate, before, question)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, get_origin, get_type_hints
 
 from physident.dynamics.model import Model
-from physident.effects.catalogue import saved_effect_class
+from physident.effects.catalogue import saved_effect_class, warn_of_other_code
 from physident.errors import InputError
 from physident.json_records import NotNegative, Range, RecordReader
 
@@ -56,6 +56,7 @@ def read_model(data: Any, reader: RecordReader, where: str = "") -> Model:
             raise InputError(f"{where}.robot.{name} has half a character, expected a text; {reader.remedy}".lstrip("."))
     for index, effect in enumerate(entries.effects):
         _check_effect(effect, reader, f"{where}.effects[{index}]".lstrip("."))
+    warn_of_other_code(entries.effects)
     return Model.from_dict(data)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from importlib.metadata import entry_points
@@ -43,8 +44,10 @@ from physident.effects.scales.torque_scale import TorqueScale
 from physident.effects.thermal import WarmUp
 from physident.effects.transmission import CoupledFriction, LoadDependentFriction, TorqueRipple
 from physident.effects.user.registration import GROUP, add_effect, add_entry_points, effects_in_file
-from physident.errors import InputError, did_you_mean
+from physident.errors import InputError, did_you_mean, warn
 from physident.robots.robot import Robot
+
+ORIGIN = ("effect", "from", "sha256")  # what ``Effect.as_dict`` has beside the settings
 
 # the classes take different settings, for which there is no common type
 CATALOGUE: dict[str, Any] = {
@@ -95,9 +98,9 @@ def load_effects(path: str | Path) -> tuple[type[Effect], ...]:
     Loaded again, a file replaces what it defined before. Raises InputError, naming the file and the line, for a file that fails,
     that defines no effect, or an effect that is not complete or has the name of another.
     """
-    effects = effects_in_file(path)
+    effects, sha256 = effects_in_file(path), hashlib.sha256(Path(path).read_bytes()).hexdigest()
     for effect in effects:
-        add_effect(CATALOGUE, effect, str(path))
+        add_effect(CATALOGUE, effect, str(path), sha256)
     return tuple(effects)
 
 
@@ -151,6 +154,17 @@ def saved_effect_class(data: dict[str, Any]) -> Any:
     return effect_class(name)
 
 
+def warn_of_other_code(saved: Iterable[dict[str, Any]]) -> None:
+    """Warn of effects that ``Effect.as_dict`` described and whose file is no longer the one that the model was identified with."""
+    known = {data["effect"]: data.get("sha256") for data in saved if data.get("sha256")}
+    for name, sha256 in known.items():
+        effect = CATALOGUE.get(name)
+        if effect is not None and effect.origin_sha256 not in ("", sha256):
+            warn(
+                f"{effect.origin} is not the file of {name} that the model was identified with; if its law has changed, identify it again"
+            )
+
+
 def effects_from(names: Iterable[str]) -> list[str]:
     """The option of a command that brings those of some effects that come from files of the user; empty where none does."""
     origins = [CATALOGUE[name].origin for name in names if name in CATALOGUE]
@@ -171,7 +185,7 @@ def effect_scope(name: str) -> Scope:
 
 def effect_from_dict(data: dict[str, Any]) -> Effect:
     """The effect that ``Effect.as_dict`` described; raises InputError where it describes none."""
-    settings = {key: _as_tuples(value) for key, value in data.items() if key not in ("effect", "from")}
+    settings = {key: _as_tuples(value) for key, value in data.items() if key not in ORIGIN}
     try:
         return saved_effect_class(data)(**settings)
     except (KeyError, TypeError) as error:

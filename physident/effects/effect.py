@@ -37,7 +37,6 @@ class Effect(ABC):
     ``values``; other members have defaults for one parameter a joint. Raises InputError for ``joints`` of the whole arm or a number."""
 
     joints: tuple[int, ...] | None = None
-
     name: ClassVar[str]
     unit: ClassVar[str]
     family: ClassVar[Family]
@@ -57,6 +56,7 @@ class Effect(ABC):
     variable: ClassVar[Variable | None] = None  # the one quantity of its joint that its torque is a function of
     has_prior: ClassVar[bool] = False  # a prior decides what recordings leave open: no parameter is one in a sum only
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
+    origin_sha256: ClassVar[str] = ""  # of that file
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     within_model: ClassVar[bool] = False  # it changes what every model has, so that a refitted one takes it up
     # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
@@ -287,7 +287,7 @@ class Effect(ABC):
     @final
     def as_dict(self) -> dict[str, Any]:
         """Its name and settings, as JSON can hold them."""
-        origin = {"from": self.origin} if self.origin else {}
+        origin = {"from": self.origin, "sha256": self.origin_sha256} if self.origin else {}
         return {"effect": self.name, **origin, **{key: _as_lists(value) for key, value in asdict(self).items()}}
 
 

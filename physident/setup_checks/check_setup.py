@@ -64,9 +64,19 @@ def _extracts(recording: Recording) -> list[Recording]:
     return [recording.part(slice(start, start + length)) for start in starts]
 
 
-def warn_of_setup(robot: Robot | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
+def check_setup_of_each(robot: Robot | None, *groups: Sequence[Recording]) -> tuple[SetupFinding, ...]:
+    """The findings on all recordings together, and the void ones on each group of them, such as a holdout that others outweigh."""
+    given = [group for group in groups if group]
+    found = list(check_setup(robot, [recording for group in given for recording in group]))
+    for group in given if len(given) > 1 else ():
+        told = {(finding.kind, finding.joints) for finding in found}
+        found += [one for one in check_setup(robot, group) if one.void and (one.kind, one.joints) not in told]
+    return tuple(found)
+
+
+def warn_of_setup(robot: Robot | None, *groups: Sequence[Recording]) -> tuple[str, ...]:
     """Warn of everything that is wrong with a set-up, or, without a robot, between the channels; return what was said."""
-    texts = tuple(str(finding) for finding in check_setup(robot, recordings) if not finding.note)
+    texts = tuple(str(finding) for finding in check_setup_of_each(robot, *groups) if not finding.note)
     for text in texts:
         warn(text)
     return texts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -145,7 +146,7 @@ def diagnose(
     unseen = read_recordings(holdouts, layout, drive_gains, joints=named) if holdouts else []
     control = read_recordings(before, layout, drive_gains, joints=named) if before else None
     if fail_on is not None:
-        _refuse_wrong_setup(start, [*loaded, *unseen])
+        _refuse_wrong_setup(start, loaded, unseen)
     filter = Filter(cutoff) if nominal and cutoff is not None else None
     with busy("searching") as say:
         found = run(start, loaded, unseen, filter, seed, say, layout if nominal else None, recording_offsets, control)
@@ -185,14 +186,16 @@ def _fails(found: Diagnosis, fail_on: str) -> bool:
     return bool(found.causes) or (fail_on == "unexplained" and found.verdict == "unexplained")
 
 
-def _refuse_wrong_setup(start: Estimate | Model, recordings: list[Recording]) -> None:
+def _refuse_wrong_setup(start: Estimate | Model, *groups: list[Recording]) -> None:
     """Raises InputError for a set-up that voids the answer: a job has nobody who reads the warning."""
     from physident.estimation.estimate import Estimate
-    from physident.setup_checks import check_setup
+    from physident.setup_checks.check_setup import check_setup_of_each
 
     model, gains = (start.model, start.drive_gains) if isinstance(start, Estimate) else (start, None)
-    used = [recording.with_default_drive_gains(gains) for recording in recordings]
-    for finding in check_setup(model.robot, used):
+    with warnings.catch_warnings():  # the diagnosis repeats them
+        warnings.simplefilter("ignore")
+        used = [[recording.with_default_drive_gains(gains) for recording in group] for group in groups]
+    for finding in check_setup_of_each(model.robot, *used):
         if finding.void:
             raise InputError(f"{finding}; expected a right set-up with --fail-on")
 

@@ -71,6 +71,8 @@ class FormulaEffect(Effect):
         for formula in self.formulas:
             try:
                 value = eval(self._with_settings(robot, formula), {"np": np, "__builtins__": {}}, rows)
+                if np.iscomplexobj(value):
+                    raise TypeError("it gives complex numbers")
                 found.append(np.broadcast_to(np.asarray(value, dtype=float), signals.v.shape))
             except Exception as error:
                 raise InputError(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import sys
-import traceback
 from collections.abc import Iterable
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -14,18 +13,21 @@ from typing import Any
 
 from physident.effects.classification import Family
 from physident.effects.effect import Effect
+from physident.effects.user.formula import FormulaEffect
+from physident.effects.user.guarded import guard, line_of
 from physident.errors import InputError
 
 GROUP = "physident.effects"  # of the entry points that packages declare effects in
 
 
-def add_effect(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
-    """Add a class of effects to a catalogue; ``origin`` says where it comes from.
+def add_effect(catalogue: dict[str, Any], effect: Any, origin: str, sha256: str = "") -> None:
+    """Add a class of effects to a catalogue; ``origin`` says where it comes from, and ``sha256`` is the hash of that file.
 
     Raises InputError for a class that is not complete, and for a name that another effect has already.
     """
     check_class(catalogue, effect, origin)
-    effect.origin = origin
+    effect.origin, effect.origin_sha256 = origin, sha256
+    guard(effect)
     catalogue[effect.name] = effect
 
 
@@ -42,6 +44,8 @@ def check_class(catalogue: dict[str, Any], effect: Any, origin: str) -> None:
             raise InputError(f"{where} states no {field}; expected {field} = {_EXAMPLE[field]}")
     if missing := sorted(effect.__abstractmethods__):
         raise InputError(f"{where} lacks {', '.join(missing)}; expected every method of its base class")
+    if issubclass(effect, FormulaEffect) and not effect.formulas:
+        raise InputError(f"{where} states no formulas; expected formulas = ('v**3',), or other NumPy of q, v and a")
     settings = vars(effect).get(
         "__dataclass_params__"
     )  # of the class itself: fields of its own would not be found else
@@ -75,11 +79,17 @@ def effects_in_file(path: str | Path) -> list[type[Effect]]:
         raise
     except BaseException as error:
         raise InputError(
-            f"{path}: {_line(error, file)}{type(error).__name__}: {error}; expected Python that defines effects"
+            f"{path}: {line_of(error, file)}{type(error).__name__}: {error}; expected Python that defines effects"
         ) from None
     found = effects_in_module(module)
     if not found:
         raise InputError(f"{path}: defines no effect; expected a subclass of physident.Effect")
+    names = [getattr(one, "name", None) for one in found]
+    for one, name in zip(found, names, strict=True):
+        if name is not None and names.count(name) > 1:
+            raise InputError(
+                f"{path}: {one.__name__} has the name {name!r}, as another effect there; expected a name of its own"
+            )
     return found
 
 
@@ -106,13 +116,3 @@ def add_entry_points(catalogue: dict[str, Any], entry_points: Iterable[EntryPoin
             ) from None
         for effect in effects_in_module(loaded) if isinstance(loaded, ModuleType) else [loaded]:
             add_effect(catalogue, effect, f"package {package}")
-
-
-def _line(error: BaseException, file: Path) -> str:
-    """Where in the file an error arose: "line 3: "."""
-    if isinstance(error, SyntaxError):
-        return f"line {error.lineno}: " if error.lineno else ""
-    frames = [
-        frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).resolve() == file.resolve()
-    ]
-    return f"line {frames[-1].lineno}: " if frames else ""
