@@ -50,7 +50,7 @@ def _guarded(
             raise InputError(f"{self.origin}: {self.name}.{method.__name__} gives {wrong}")
         return found
 
-    call.unguarded = method  # pyright: ignore[reportFunctionMemberAccess]
+    call.unguarded = method  # pyright: ignore[reportAttributeAccessIssue]
     return call
 
 
