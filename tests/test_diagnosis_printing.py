@@ -11,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.remainder.own_error import OwnError
-from physident.diagnosis.remainder.unexplained import Unexplained, beside_own
+from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, beside_own
 from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen, Verdict
 from physident.diagnosis.result.text import WIDTH
 
@@ -121,7 +121,11 @@ def told(diagnosis: pid.Diagnosis, verdict: Verdict, unexplained: Sequence[Unexp
 
 def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diagnosis: pid.Diagnosis) -> None:
     beside = beside_own(
-        [remainder(1), remainder(2)], OwnError(rms=np.array([0.2, 0.5]), times=None), np.ones((4, 2)), 0.0
+        [remainder(1), remainder(2)],
+        OwnError(rms=np.array([0.2, 0.5]), times=None, period=0.01),
+        np.ones((4, 2)),
+        0.0,
+        1.0,
     )
     assert [one.grown for one in beside] == [True, False]  # five times as much, and twice
     text = told(diagnosis, "unexplained", beside)
@@ -129,7 +133,11 @@ def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diag
     assert "joint 2 errs" not in text
     assert "times what the model leaves" not in text
     larger = beside_own(
-        [remainder(1), remainder(2)], OwnError(rms=np.array([0.6, 0.4]), times=None), np.ones((4, 2)), 0.0
+        [remainder(1), remainder(2)],
+        OwnError(rms=np.array([0.6, 0.4]), times=None, period=0.01),
+        np.ones((4, 2)),
+        0.0,
+        1.0,
     )
     assert "unseen data. It is 1.7 to 2.5 times what the model leaves" in told(diagnosis, "unexplained", larger)
 
@@ -137,7 +145,11 @@ def test_a_joint_that_errs_more_than_on_the_model_s_own_recordings_is_named(diag
 def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diagnosis: pid.Diagnosis) -> None:
     """However long its residual remembers: an incomplete model's does so on any recording."""
     beside = beside_own(
-        [remainder(1), remainder(2)], OwnError(rms=np.array([1.0, 0.8]), times=None), np.ones((4, 2)), 0.0
+        [remainder(1), remainder(2)],
+        OwnError(rms=np.array([1.0, 0.8]), times=None, period=0.01),
+        np.ones((4, 2)),
+        0.0,
+        1.0,
     )
     assert not any(one.structured for one in beside)
     text = told(diagnosis, "nothing_missing", beside)
@@ -149,8 +161,8 @@ def test_a_joint_that_errs_as_on_the_model_s_own_recordings_has_not_changed(diag
 def test_where_the_model_errs_differently_on_its_own_recordings_a_change_may_hide(diagnosis: pid.Diagnosis) -> None:
     """As large as usual is proof only where what is usual is narrow."""
     for times, hides in (([1.4, 1.4], False), ([1.4, 8.0], True)):
-        own = OwnError(rms=np.array([0.9, 0.8]), times=np.array(times))
-        beside = beside_own([remainder(1), remainder(2)], own, np.ones((4, 2)), 0.0)
+        own = OwnError(rms=np.array([0.9, 0.8]), times=np.array(times), period=0.01)
+        beside = beside_own([remainder(1), remainder(2)], own, np.ones((4, 2)), 0.0, 1.0)
         assert not any(one.structured for one in beside)
         text = told(diagnosis, "nothing_missing", beside)
         assert ("verdict: nothing has changed" in text) is not hides
@@ -160,14 +172,18 @@ def test_where_the_model_errs_differently_on_its_own_recordings_a_change_may_hid
 
 def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:
     """As play in a gear shows: at reversals, for some hundredths of a second each, and noise is as large on any motion."""
-    (noise,) = beside_own([remainder(1, memory=0.1)], OwnError(rms=np.array([1.0]), times=None), np.ones((4, 1)), 0.0)
-    (play,) = beside_own([remainder(1, memory=0.1)], OwnError(rms=np.array([0.3]), times=None), np.ones((4, 1)), 0.0)
+    (noise,) = beside_own(
+        [remainder(1, memory=0.1)], OwnError(rms=np.array([1.0]), times=None, period=0.01), np.ones((4, 1)), 0.0, 1.0
+    )
+    (play,) = beside_own(
+        [remainder(1, memory=0.1)], OwnError(rms=np.array([0.3]), times=None, period=0.01), np.ones((4, 1)), 0.0, 1.0
+    )
     assert (noise.structured, play.structured, play.grown) == (False, True, True)
 
 
 def test_what_is_usual_is_told_where_recordings_say_it(diagnosis: pid.Diagnosis) -> None:
-    own = OwnError(rms=np.array([0.7, 0.8]), times=np.array([1.3, 1.3]))
-    beside = beside_own([remainder(1, memory=0.1), remainder(2)], own, np.ones((4, 2)), 0.0)
+    own = OwnError(rms=np.array([0.7, 0.8]), times=np.array([1.3, 1.3]), period=0.01)
+    beside = beside_own([remainder(1, memory=0.1), remainder(2)], own, np.ones((4, 2)), 0.0, 1.0)
     assert [one.structured for one in beside] == [True, False]  # 1.43 and 1.25 times
     text = told(diagnosis, "unexplained", beside)
     assert "It is 1.4 times what the model leaves on its own recordings, and up to 1.3 times is usual" in text
@@ -178,14 +194,14 @@ def test_a_difference_of_two_recordings_errs_as_both() -> None:
     rng = np.random.default_rng(3)
     own = 0.3 * rng.standard_normal((2, 4000))
     left = remainder(1, rms=float(np.std(own[1] - own[0])))
-    (beside,) = beside_own([left], OwnError(rms=np.array([0.3]), times=None), np.ones((4, 1)), 1.0)
+    (beside,) = beside_own([left], OwnError(rms=np.array([0.3]), times=None, period=0.01), np.ones((4, 1)), 1.0, 1.0)
     assert beside.times_own == pytest.approx(1.0, abs=0.05)
 
 
 def test_what_a_model_errs_by_along_other_motions_is_not_usual_along_the_same() -> None:
     """Along a motion from before the errors of the model are taken off: a joint that is five times its own error has changed there."""
-    own = OwnError(rms=np.array([0.2]), times=np.array([9.0]))
-    other, partly, same = (beside_own([remainder(1)], own, np.ones((4, 1)), share)[0] for share in (0.0, 0.5, 1.0))
+    own = OwnError(rms=np.array([0.2]), times=np.array([9.0]), period=0.01)
+    other, partly, same = (beside_own([remainder(1)], own, np.ones((4, 1)), share, 1.0)[0] for share in (0.0, 0.5, 1.0))
     assert (other.grown, partly.grown, same.grown) == (False, False, True)
     assert same.usual_times is None
 
@@ -193,7 +209,11 @@ def test_what_a_model_errs_by_along_other_motions_is_not_usual_along_the_same() 
 def test_what_an_exact_simulation_leaves_is_not_held_against_it() -> None:
     """Of recordings without noise the model leaves a billionth: beside what a sensor tells apart, that is nothing."""
     (beside,) = beside_own(
-        [remainder(1, rms=1e-4)], OwnError(rms=np.array([1e-9]), times=None), np.full((4, 1), 10.0), 0.0
+        [remainder(1, rms=1e-4)],
+        OwnError(rms=np.array([1e-9]), times=None, period=0.01),
+        np.full((4, 1), 10.0),
+        0.0,
+        1.0,
     )
     assert not beside.grown
 
@@ -255,3 +275,37 @@ def test_a_cause_whose_values_may_all_be_zero_says_what_that_means(
         gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), grade="cause",
     )  # fmt: skip
     assert f"the effect is significant, {says}: " in " ".join(repr(replace(diagnosis, findings=(found,))).split())
+
+
+def test_noise_is_as_loud_as_the_rate_makes_it(ur5: pid.Robot) -> None:
+    """The filter's own output of white noise, at two rates."""
+    at = {}
+    for rate in (125.0, 25.0):
+        noise = np.random.default_rng(2).standard_normal((20_000, 6))
+        time = np.arange(len(noise)) / rate
+        signals = pid.Signals(time, noise, noise, noise, noise, rate=rate)
+        at[rate] = signals, float(np.std(pid.Filter(5.0).apply(np.ascontiguousarray(noise.T), rate)))
+    (own, before), (new, now) = at[125.0], at[25.0]
+    louder = OwnError(rms=np.full(6, before), times=None, period=1 / own.rate).louder([new])
+    assert louder == pytest.approx(now / before, rel=0.1)
+    assert OwnError(rms=np.full(6, now), times=None, period=1 / new.rate).louder([own]) == 1.0
+    (beside,) = beside_own(
+        [remainder(1, memory=0.1, rms=now)],
+        OwnError(rms=np.array([before]), times=None, period=1 / own.rate),
+        np.ones((4, 1)),
+        0.0,
+        louder,
+    )
+    assert not beside.structured
+
+
+def test_what_repeats_with_the_motion_is_no_noise_however_short_it_remembers() -> None:
+    """Unless the model's own recordings say that it is usual."""
+    short = remainder(1, memory=0.1, rms=1.0)
+    for floor, told_so in ((0.5, False), (0.3, True)):
+        assert bool(above_noise_floor([short], np.array([floor]))) is told_so
+    usual = replace(short, times_own=1.0)
+    assert not above_noise_floor([usual], np.array([0.3]))
+    assert above_noise_floor(
+        [replace(short, times_own=5.0)], np.array([2.0])
+    )  # what comes and goes by itself, and is new

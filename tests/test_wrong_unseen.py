@@ -32,7 +32,7 @@ def test_an_error_far_above_every_level_is_wrong_unseen_and_each_level_excuses_i
         rms: float = LEFT, floor: np.ndarray | None = None, own: float | None = None, model: pid.Estimate = sure
     ) -> tuple[int, ...]:
         changed = None if own is None else replace(sure, sigma=np.full(6, own))
-        return beyond_noise(model, healthy_runs[2:3], errors, left(rms), floor, changed)
+        return beyond_noise(model, healthy_runs[:2], healthy_runs[2:3], errors, left(rms), floor, changed)
 
     everywhere = (1, 2, 3, 4, 5, 6)
     assert wrong() == everywhere
@@ -43,3 +43,21 @@ def test_an_error_far_above_every_level_is_wrong_unseen_and_each_level_excuses_i
     assert wrong(own=big[0]) == excused  # what the model left on its own recordings before the arm changed
     vague = replace(healthy_estimate, covariance=1e6 * np.array(healthy_estimate.covariance))
     assert wrong(model=vague) == ()  # what its values leave open
+
+
+def test_noise_of_a_slower_recording_is_larger(
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """A fifth of the rate lets the root of five times as much through the filter."""
+    sure = replace(healthy_estimate, covariance=1e-12 * healthy_estimate.covariance)
+    run = healthy_runs[2]
+    slow = replace(
+        run, time=run.time[::5], q=run.q[::5], effort=run.effort[::5], dq=None if run.dq is None else run.dq[::5]
+    )
+    big = np.full(6, FAR * 10 * LEFT)
+    for times, told in ((1.8, ()), (2.7, (1, 2, 3, 4, 5, 6))):
+        errors = JointErrors(rms=times * big, relative=big)
+        assert beyond_noise(sure, healthy_runs[:2], [slow], errors, left(10 * LEFT), None, None) == told
+    assert beyond_noise(
+        sure, healthy_runs[:2], [run], JointErrors(rms=1.8 * big, relative=big), left(10 * LEFT), None, None
+    )

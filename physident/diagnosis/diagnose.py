@@ -112,7 +112,15 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: Searched, judged:
     causes = any(finding.grade == "cause" for finding in judged.findings)
     left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
     wrong_unseen = (
-        beyond_noise(extended or asked.original, holdout, error_after, judged.unexplained, judged.noise_floor, changed)
+        beyond_noise(
+            extended or asked.original,
+            asked.recordings,
+            holdout,
+            error_after,
+            judged.unexplained,
+            judged.noise_floor,
+            changed,
+        )
         if holdout
         else ()
     )

@@ -110,7 +110,9 @@ def judge(asked: Asked, searched: Searched) -> Judged:
             errors, findings, old = _valued(sure, wander, sizes, findings, old)
     if asked.own_error is not None:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
-        unexplained = beside_own(unexplained, asked.own_error, hypothesis.torque, float(compared))
+        unexplained = beside_own(
+            unexplained, asked.own_error, hypothesis.torque, float(compared), asked.own_error.louder(problem.signals)
+        )
     if asked.holdout and any(one.curves and one.grade != "hint" for one in findings):
         refitted = refitted or extended_estimate(sure, errors, asked.with_torque)
         both = asked.original.model, refitted.model

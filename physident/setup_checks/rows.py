@@ -93,10 +93,9 @@ class Rows:
         """The rows with a joint (from 0) that turns in another ``direction`` (1 or -1) and stands ``zero`` [rad] further on."""
         factor = np.ones(self.robot.n)
         factor[joint] = direction
-        q = factor * self.q
-        q[:, joint] += zero
-        turned = {name: factor * getattr(self, name) for name in ("v", "a", "torque", "sign")}
-        return replace(self, q=q, bristles=factor[:, None] * self.bristles, **turned)
+        turned = self.counted(factor)
+        turned.q[:, joint] += zero
+        return replace(turned, torque=factor * self.torque)
 
     def scaled(self, factor: float) -> Rows:
         """The rows with positions in another unit."""

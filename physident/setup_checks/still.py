@@ -15,7 +15,7 @@ MOSTLY = 0.5  # of the effort's variance: noise is faster, and what a held joint
 
 
 def check_still(rows: Rows, moments: Moments, recordings: Sequence[Recording]) -> SetupFinding | None:
-    """Joints whose position never changes by one digit, although most of their effort's variance is slow and nothing that the
+    """Joints whose position is the same in every row, although most of their effort's variance is slow and nothing that the
     description asks of a joint at rest."""
     constant = np.all([np.ptp(recording.q, axis=0) == 0 for recording in recordings], axis=0)
     if not constant.any() or constant.all():

@@ -177,7 +177,8 @@ def diagnose(
     if isinstance(found, Diagnosis) and out is not None:
         beyond = any(not finding.handed_on for finding in found.findings)
         why = "the unseen recordings are predicted worse by it" if beyond else "nothing to extend the model by"
-        typer.echo(f"written: {out}" if found.estimate is not None else f"{why}: {out} not written")
+        kept = ", and what it holds is older" if out.exists() else ""
+        typer.echo(f"written: {out}" if found.estimate is not None else f"{why}: {out} not written{kept}")
     if fail_on is not None and isinstance(found, Diagnosis) and _fails(found, fail_on):
         raise typer.Exit(FAULT_FOUND)
 

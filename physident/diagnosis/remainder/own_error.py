@@ -25,10 +25,11 @@ SMALLEST = 1e-12  # N m|N: recordings that are exact have a logarithm
 class OwnError:
     """The RMS (n,) [N m|N] that a model leaves of its own recordings; how many ``times`` (n,) as large it is at most on new ones of an arm on
     which nothing has changed, and the RMS ``often`` (n,) [N m|N] that nine of ten joints of such an arm do not exceed there; None where too few
-    recordings tell."""
+    recordings tell. ``period`` [s] is the mean time between its samples."""
 
     rms: Array
     times: Array | None
+    period: float
     often: Array | None = None
 
     @staticmethod
@@ -41,9 +42,9 @@ class OwnError:
         from scipy.stats import t
 
         model, filter = estimate.model, estimate.filter
-        rms = predictions_of(model, own, filter).rms
+        rms, period = predictions_of(model, own, filter).rms, mean_period(own)
         if len(own) < FEWEST:
-            return OwnError(rms=rms, times=None)
+            return OwnError(rms=rms, times=None, period=period)
         left_out = [
             predictions_of(Model(model.robot, model.effects, theta), [one], filter).rms
             for theta, one in zip(theta_without_each(estimate, own), own, strict=True)
@@ -54,4 +55,13 @@ class OwnError:
         times, often = (
             np.exp(logs.mean(axis=0) + t.ppf(share, degrees) * spread) for share in (1 - RARE / len(rms), OFTEN)
         )
-        return OwnError(rms=rms, times=times, often=often * rms)
+        return OwnError(rms=rms, times=times, period=period, often=often * rms)
+
+    def louder(self, new: Sequence[Signals]) -> float:
+        """By how much noise alone may be larger in new recordings: white noise through one filter has a power that falls with the rate."""
+        return float(np.sqrt(max(1.0, mean_period(new) / self.period)))
+
+
+def mean_period(signals: Sequence[Signals]) -> float:
+    """Time [s] from one sample to the next, mean over recordings."""
+    return float(np.mean([1 / one.rate for one in signals]))

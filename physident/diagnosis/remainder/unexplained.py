@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
+REPEATS = 3.0  # times what differs where a motion repeats: eight ninths of its power are the same there, and no noise
 GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
 LARGER = 2.0  # times, where nothing says what is usual: structure however short it remembers
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
@@ -117,12 +118,12 @@ class Unexplained:
 
 
 def beside_own(
-    unexplained: Sequence[Unexplained], own: OwnError, torque: Array, compared: float
+    unexplained: Sequence[Unexplained], own: OwnError, torque: Array, compared: float, louder: float
 ) -> tuple[Unexplained, ...]:
     """The same beside what a model leaves of its ``own`` recordings, where these are exact beside what a sensor would tell of
     the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion; where all are, what the
-    model errs by along motions that it was not fitted to was taken off, and makes nothing usual."""
-    sigma = np.maximum(own.rms, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared)
+    model errs by along motions that it was not fitted to was taken off, and makes nothing usual. Noise alone may be ``louder`` times as large."""
+    sigma = np.maximum(own.rms, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared) * louder
     usual = [None] * len(sigma) if own.times is None or compared == 1 else own.times.tolist()
     return tuple(
         replace(one, times_own=one.rms / float(sigma[one.joint - 1]), usual_times=usual[one.joint - 1])
@@ -132,12 +133,18 @@ def beside_own(
 
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:
     """The joints whose residual is structured and larger than what differs where a motion repeats, or than the model's own recordings show
-    by far: what comes and goes by itself is no function of the motion, and new nevertheless.
+    by far: what comes and goes by itself is no function of the motion, and new nevertheless. Where there are none to say what is usual, it is
+    also structure, however short it remembers, if nearly all of it repeats with the motion.
 
     This is the one rule that the verdict, the text, the report and the session follow.
     """
     floor = np.zeros(len(unexplained)) if noise_floor is None else AT_FLOOR * noise_floor
-    return tuple(one for one in unexplained if one.structured and (one.rms > floor[one.joint - 1] or one.grown))
+
+    def is_more(one: Unexplained) -> bool:
+        repeats = noise_floor is not None and one.times_own is None and one.rms > REPEATS * noise_floor[one.joint - 1]
+        return repeats or (one.structured and (one.rms > floor[one.joint - 1] or one.grown))
+
+    return tuple(filter(is_more, unexplained))
 
 
 def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:

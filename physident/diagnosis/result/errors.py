@@ -17,6 +17,7 @@ from physident.estimation.estimate import Estimate
 from physident.estimation.identify import prepare_all
 from physident.large_arrays import steps
 from physident.recordings.recording import Recording
+from physident.recordings.rows import typical_step
 from physident.validation.scores import compare, validate
 
 Array = NDArray[np.float64]
@@ -70,6 +71,7 @@ def refutes(given: Estimate, before: JointErrors, after: JointErrors, unseen: bo
 
 def beyond_noise(
     model: Estimate,
+    diagnosed: Sequence[Recording],
     holdout: Sequence[Recording],
     errors: JointErrors,
     unexplained: Sequence[Unexplained],
@@ -79,7 +81,9 @@ def beyond_noise(
     """Joints (from 1) on which a model's ``errors`` on a holdout are no noise: far above what is left of the diagnosed recordings, or does not
     repeat, and what the values of the model leave open. What a model that has ``changed`` left on its own recordings is no change."""
     levels = [np.array([one.rms for one in unexplained]), noise_floor, changed.sigma if changed else None]
-    level = np.max([one for one in levels if one is not None], axis=0)
+    # white noise through one filter has a power that falls with the rate
+    period, before = (np.mean([typical_step(one.time) for one in some]) for some in (holdout, diagnosed))
+    level = np.sqrt(max(1.0, period / before)) * np.max([one for one in levels if one is not None], axis=0)
     return tuple(int(j) + 1 for j in np.flatnonzero(errors.rms > FAR * np.hypot(level, _left_open(model, holdout))))
 
 
