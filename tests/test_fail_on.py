@@ -30,7 +30,6 @@ def _ends(model: Path, recording: pid.Recording, fail_on: str) -> int:
 def test_what_nothing_explains_fails_where_that_is_asked(ur5: pid.Robot, model: Path) -> None:
     """A torque that wanders by itself is no function of anything that is measured."""
     healthy = _recording(ur5, 3, 0.2)
-    assert _ends(model, healthy, "unexplained") == 0
     wander, rng = np.zeros(len(healthy.time)), np.random.default_rng(5)
     step = float(np.median(np.diff(healthy.time)))
     for k in range(1, len(wander)):
