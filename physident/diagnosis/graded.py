@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,12 +44,12 @@ def graded_beside_what_stays(
     wander: Columns | None = None,
     from_currents: bool = False,
     hints: Sequence[Finding] = (),
-    pushed_as_usual: Collection[str] = (),
+    pushed_as_usual: Mapping[str, str] | None = None,
 ) -> Graded:
     """The accepted effects as findings, graded without the hints, which the extended model does not carry: a hint takes up no part of a
     cause.
 
-    ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
+    ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``, by which reason. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
     """
     problem, hypothesis = hypothesis.problem, without(hypothesis, hints)
     alike = frozenset(key for key, size in sizes.items() if size == 0)

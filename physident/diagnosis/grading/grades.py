@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,7 @@ NOTICED_WHILE = 0.25  # the same while a contact lasts: its moment is the best o
 SHAPED = 2.0  # times what it leaves: along the same motions what is left has changed as well, so a law that leaves more has another shape
 NEEDLESS = "left-out rows are predicted no worse without it"
 AS_HEALTHY = "what the model errs by along healthy recordings looks like such a push, too"
+AS_ELSEWHERE = "what the model errs by at other times looks like such a push, too"
 HALF_ITS_SHAPE = "along repeated motions a cause takes twice what it leaves: another law may fit better"
 UNSURE = "left-out rows may be predicted as well without it"  # beside what was found later, less is left for it than when it was accepted
 UNNOTICED = "it is small beside what the model errs by anyway"
@@ -81,17 +82,17 @@ def graded(
     findings: Sequence[Finding],
     expected: ExpectedError,
     controlled: bool = False,
-    pushed_as_usual: Collection[str] = (),
+    pushed_as_usual: Mapping[str, str] | None = None,
 ) -> tuple[Finding, ...]:
-    """The findings with their grades, causes first, each in order of what it takes. Contacts in recordings that are ``pushed_as_usual`` are hints.
+    """The findings with their grades, causes first, each in order of what it takes. Contacts in recordings that are ``pushed_as_usual``, by which reason, are hints.
 
     An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
     change with more right than the new recordings alone, but not about one that a comparison shows. The level of a curve, which an offset or
     gravity may take, makes none vague.
     """
+    why = pushed_as_usual or {}
     doubted = [
-        replace(f, doubts=(*f.doubts, AS_HEALTHY)) if f.intervals and f.recording in pushed_as_usual else f
-        for f in findings
+        replace(f, doubts=(*f.doubts, why[f.recording])) if f.intervals and f.recording in why else f for f in findings
     ]
     return in_order([_graded(hypothesis, finding, expected, controlled) for finding in doubted])
 
