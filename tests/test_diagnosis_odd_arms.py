@@ -79,3 +79,31 @@ def test_a_planar_arm_does_not_feel_a_push_across_its_plane(tmp_path: Path) -> N
     told = parameter_values(state, push, uncertainty_of(state))
     assert {value.name for value in told} == {"Fx_5s", "Fz_5s", "Fx_5.5s", "Fz_5.5s"}
     assert "has another force. The arm does not feel Fy. The strongest push is" in values_in_words(state, [push])
+
+
+LIFT = (
+    '<robot name="lift"><link name="base"/><link name="sled"><inertial><mass value="4"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
+    'ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="rail" type="prismatic"><parent link="base"/><child link="sled"/>'
+    '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="500" velocity="2"/></joint></robot>'
+)
+
+
+def lifted(seed: int, dry: float) -> pid.Recording:
+    """Thirty seconds of a sled of 4 kg on a vertical rail, by Newton, with dry friction and 25 N s/m of viscous friction."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 30.0, 0.005)
+    omega, phase = rng.uniform(0.5, 4.0, 4), rng.uniform(0, 2 * np.pi, 4)
+    angle = time[:, None] * omega + phase
+    q, v, a = (0.06 * x.sum(axis=1) for x in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    force = 4.0 * (a + 9.81) + dry * np.clip(v / 1e-4, -1, 1) + 25.0 * v + 0.3 * rng.standard_normal(len(time))
+    return pid.Recording.from_arrays(time, q[:, None], dq=v[:, None], effort=force[:, None], source=f"{seed} {dry}")
+
+
+def test_one_joint_shares_its_friction_with_no_other(tmp_path: Path) -> None:
+    """The friction of all joints is there that of one, and more dry friction is named as what it is, by every search."""
+    (tmp_path / "lift.urdf").write_text(LIFT)
+    model = pid.identify(pid.load_robot(tmp_path / "lift.urdf"), [lifted(k, 8.0) for k in range(3)])
+    (cause,) = pid.diagnose_motion(model, [lifted(10, 14.0), lifted(11, 14.0)]).causes
+    assert (cause.effect, cause.joints) == ("coulomb_friction", (1,))
+    assert cause.parameters[0].change == pytest.approx(6.0, abs=0.2)
+    assert cause.stability is not None
+    assert cause.stability > 0.9

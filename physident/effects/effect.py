@@ -126,7 +126,7 @@ class Effect(ABC):
 
     @classmethod
     def can_be_wrong(cls, robot: Robot) -> bool:
-        """Whether a diagnosis looks for it: whether the robot's description can be wrong about it."""
+        """Whether a diagnosis looks for it on a robot: whether the description can be wrong about it, and nothing else says the same."""
         return True
 
     def told(self, robot: Robot) -> tuple[tuple[Column, ...], Array]:
