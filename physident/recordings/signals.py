@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from physident.errors import InputError
 from physident.large_arrays import BLOCK, blocks, empty, release, row_slices
 from physident.recordings.rests import Rests
+from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 MAX_RATE = 1e5  # Hz, faster than any controller
@@ -148,6 +149,11 @@ class Signals:
         if len({x.shape for x in arrays}) != 1:
             raise InputError(f"q, v, a have shapes {[x.shape for x in arrays]}, expected one shape (N, n)")
         return Signals(np.arange(len(arrays[0]), dtype=float), arrays[0], arrays[1], arrays[2])
+
+    @cached_property
+    def torque_noise(self) -> Array:
+        """Standard deviation (n,) [N m|N] of the torque's white noise; zero where there is no torque."""
+        return np.zeros(self.q.shape[1]) if self.torque is None else white_noise(self.torque)
 
     @property
     def segments(self) -> list[slice]:

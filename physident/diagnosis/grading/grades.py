@@ -16,7 +16,6 @@ from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.effects.catalogue import CATALOGUE
 from physident.estimation.estimate import Estimate
-from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 NOTICED = 0.05  # of the power of what the model errs by on a joint: below on all of them, no RMS error falls by more than 2.5 %
@@ -57,9 +56,8 @@ def expected_error(
     problem = hypothesis.problem
     white = []
     for signals in problem.signals:
-        assert signals.torque is not None
         gain = float(np.sqrt(np.sum(problem.filter.taps(signals.rate) ** 2)))
-        white.append(gain * white_noise(signals.torque))
+        white.append(gain * signals.torque_noise)
     levels = [np.mean(white, axis=0)]
     if noise_floor is not None:
         levels.append(noise_floor)

@@ -14,7 +14,6 @@ from physident.effects.effect import Effect
 from physident.estimation.dry_friction.row_weights import creep
 from physident.large_arrays import empty, release
 from physident.recordings.signals import Filter, Signals
-from physident.recordings.white_noise import white_noise
 
 Array = NDArray[np.float64]
 DOUBT = 3.0  # standard deviations of the torque's noise
@@ -41,11 +40,10 @@ def rest_rows(model: Model, signals: Sequence[Signals], filter: Filter) -> RestR
     for one in signals:
         added, before = empty(one.q.shape), empty((len(one.q) + 1, model.robot.n), np.int32)
         before[0] = 0
-        noise = np.zeros(model.robot.n) if one.torque is None else white_noise(one.torque)
         for samples in one.blocks(pointwise=all(effect.pointwise for effect in model.effects)):
             part = one.part(samples)
             at_rest = _at_rest(part)
-            added[samples], out = _best_friction(model, part, at_rest, noise)
+            added[samples], out = _best_friction(model, part, at_rest, one.torque_noise)
             beyond, resting = beyond + out.sum(axis=0), resting + at_rest.sum(axis=0)
             before[samples.start + 1 : samples.stop + 1] = before[samples.start] + np.cumsum(at_rest, axis=0)
             release()
