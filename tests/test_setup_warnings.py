@@ -121,6 +121,18 @@ def test_diagnose_keeps_its_warnings(
     assert "joints 2 and 3 are swapped" in kept
 
 
+def test_what_is_judged_warns_and_what_is_to_confirm_is_refused(
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """Of swapped joints a score is wrong, and a holdout of another set-up than what is diagnosed says nothing of what is found there."""
+    right, other = healthy_runs[2:4]
+    swapped = replace(other, effort=other.effort[:, SWAPPED])
+    with pytest.warns(pid.PhysidentWarning, match="joints 2 and 3 are swapped"):
+        pid.validate(healthy_estimate, swapped)
+    with pytest.raises(pid.InputError, match="joints 2 and 3 are swapped.*leave it out"):
+        pid.diagnose_motion(healthy_estimate, right, holdout=swapped)
+
+
 def test_parameters_that_recordings_cannot_size_are_printed_as_such(ur5: pid.Robot, tmp_path: Path) -> None:
     """Two columns that are almost one: their difference is of any size, and each alone means nothing."""
     record(exact_arm(), multisine(31), Sensors(), 31, step=4e-3).write_csv(tmp_path / "run.csv")

@@ -15,6 +15,7 @@ from physident.notebook import results_html
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
 from physident.threads import one_thread
+from physident.setup_checks.check_setup import warn_of_setup
 from physident.validation.predictions import Predictions, predict
 
 Array = NDArray[np.float64]
@@ -142,13 +143,15 @@ def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = 
     """Score of a model on recordings, with the model's filter; raises InputError for recordings it was fitted to.
 
     ``recordings`` are one or several recordings, paths or patterns; files are read with the model's layout. Currents
-    without gains take the model's drive gains. ``include_fitted`` allows fitted recordings.
+    without gains take the model's drive gains. ``include_fitted`` allows fitted recordings. Warns of a set-up that is wrong, as
+    ``check_setup`` finds it.
     """
     recordings = as_recordings(recordings, estimate.model.robot, estimate.layout)
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
         refuse_fitted(estimate, recordings)
+    warn_of_setup(estimate.model.robot, recordings)
     return _score(estimate, recordings, predict(estimate, recordings))
 
 
@@ -193,6 +196,7 @@ def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: b
     if not include_fitted:
         refuse_fitted(before, on)
         refuse_fitted(after, on)
+    warn_of_setup(before.model.robot, on)
     first, second = predict(before, on), predict(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))

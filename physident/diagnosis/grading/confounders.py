@@ -52,7 +52,7 @@ def friction_confounder(before: Sequence[Recording], after: Sequence[Recording])
         some = any(one.temperature is not None for group in groups for one in group)
         return PARTLY_KNOWN if some else UNKNOWN
     return (
-        f"by their clocks the recordings began {_ago(early, late)}, and an arm that warms up loses friction by itself: record after the"
+        f"by their clocks the recordings lie {_ago(early, late)}, and an arm that warms up loses friction by itself: record after the"
         " same time"
     )
 

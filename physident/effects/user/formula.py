@@ -30,9 +30,9 @@ class FormulaEffect(Effect):
         super().__init_subclass__(**settings)
         if isinstance(cls.formulas, str):
             raise InputError(
-                f"formulas = {cls.formulas!r} is one text; expected several: formulas = ({cls.formulas!r},)"
+                f"{cls.__name__}: formulas = {cls.formulas!r} is one text; expected several: formulas = ({cls.formulas!r},)"
             )
-        used = {name for formula in cls.formulas for name in _names(formula)}
+        used = {name for formula in cls.formulas for name in _names(formula, cls.__name__)}
         cls.needs_model = cls.needs_model or bool(used & {"load", "motor"})
 
     def columns(self, robot: Robot) -> tuple[Column, ...]:
@@ -82,10 +82,13 @@ class FormulaEffect(Effect):
         return np.stack([value.T[joints] for value in found], axis=1).reshape(-1, len(signals.time))
 
 
-def _names(formula: str) -> set[str]:
-    """The variables that a formula uses; raises InputError for a text that is no expression."""
+def _names(formula: str, owner: str = "") -> set[str]:
+    """The variables that a formula uses; raises InputError, which names its ``owner``, for a text that is no expression."""
     try:
         tree = ast.parse(formula.replace("{", "").replace("}", ""), mode="eval")
     except SyntaxError as error:
-        raise InputError(f"the formula {formula!r} is no expression of Python: {error.msg}") from None
+        raise InputError(
+            f"{owner or 'effect'}: the formula {formula!r} is no expression of Python ({error.msg}); expected NumPy of"
+            f" {', '.join(KNOWN)}"
+        ) from None
     return {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}

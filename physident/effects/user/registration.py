@@ -75,8 +75,10 @@ def effects_in_file(path: str | Path) -> list[type[Effect]]:
     try:
         # not by the loader, whose bytecode on disk is taken for that of a file edited within the same second
         exec(compile(file.read_bytes(), str(file), "exec", dont_inherit=True), vars(module))
-    except (KeyboardInterrupt, InputError):
+    except KeyboardInterrupt:
         raise
+    except InputError as error:  # a class says what is wrong with it, its file is not known to it
+        raise InputError(f"{path}: {line_of(error, file)}{error}") from None
     except BaseException as error:
         raise InputError(
             f"{path}: {line_of(error, file)}{type(error).__name__}: {error}; expected Python that defines effects"
