@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.learned.curves import LearnedPosition, LearnedVelocity
+from physident.effects.learned.curves import LearnedPosition
+from physident.effects.learned.velocity_curve import LearnedVelocity
 
 
 def test_a_motion_beyond_a_curve_is_told(ur5: pid.Robot) -> None:

@@ -11,7 +11,8 @@ import pytest
 
 import physident as pid
 from physident.cli import run
-from physident.effects.learned.curves import LearnedLoad, LearnedPosition, LearnedTime, LearnedVelocity
+from physident.effects.learned.curves import LearnedLoad, LearnedPosition, LearnedTime
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.excitation.criterion.covering import Covering
 from physident.excitation.design_covering import _continued, _curves, _random_states
 from physident.excitation.task import task_of

@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 import physident as pid
 from physident.effects.friction import FrictionAsymmetry, NonlinearViscousFriction, StribeckFriction
-from physident.effects.learned.curves import LearnedVelocity
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.estimation.estimate import as_estimate
 from physident.export.mjcf.callback import with_callback
 from physident.export.mjcf.mjcf import mjcf_of

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import physident as pid
-from physident.effects.learned.curves import LearnedLoad, LearnedPosition, LearnedPositionFriction, LearnedVelocity
+from physident.effects.learned.curves import LearnedLoad, LearnedPosition, LearnedPositionFriction
 from physident.effects.learned.spline import bumps, modes
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.estimation.physical.cones import physical_cones
 from physident.identifiability.base_parameters import random_motion
 from physident.recordings.signals import Signals
@@ -86,9 +87,22 @@ def test_beyond_its_range_a_curve_stays_constant(ur5: pid.Robot) -> None:
     position = LearnedPosition((3,), (-0.5,), (0.7,), (1.0,))
     for inside, outside in ((0.7, 2.5), (-0.5, -1.9)):
         np.testing.assert_array_equal(position.values(ur5, at(inside)), position.values(ur5, at(outside)))
-    velocity = LearnedVelocity((3,), (-0.8,), (0.8,), (1.0,))
-    np.testing.assert_array_equal(velocity.values(ur5, at(0, 0.8)), velocity.values(ur5, at(0, 3.0)))
-    assert np.abs(velocity.values(ur5, at(0, 0.8)) - velocity.values(ur5, at(0, 0.4))).max() > 0.1
+
+
+def test_how_a_curve_shares_a_line_with_viscous_friction_is_seen_nowhere(ur5: pid.Robot) -> None:
+    """Dry and viscous friction that a curve over velocity holds go on beyond its range as these do, and a bump ends with it."""
+    curve = LearnedVelocity((3,), (-0.8,), (0.8,), (1.0,))
+    v = np.concatenate([-np.geomspace(0.8, 0.05, 200), np.geomspace(0.05, 0.8, 200)])
+    laws = np.column_stack([2 * np.sign(v) + 5 * v, np.sin(np.pi * v / 0.8)])
+    theta = np.linalg.lstsq(curve.shapes_at(ur5, v), laws, rcond=None)[0]
+    fast = np.array([-3.0, -1.2, 0.8, 1.2, 3.0])
+    line, bump = (curve.shapes_at(ur5, fast) @ theta).T
+    np.testing.assert_allclose(line, 2 * np.sign(fast) + 5 * fast, rtol=0.03)
+    np.testing.assert_allclose(bump, 0.0, atol=0.1)
+    source = curve.numpy_source(ur5, theta[:, 0])
+    assert source is not None
+    printed = [eval(source, {"np": np, "v": np.full(ur5.n, one)}) for one in fast]
+    np.testing.assert_allclose(np.array(printed)[:, 2], line)
 
 
 def without_limits(robot: pid.Robot) -> pid.Robot:

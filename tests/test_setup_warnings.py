@@ -129,7 +129,7 @@ def test_what_is_judged_warns_and_what_is_to_confirm_is_refused(
     swapped = replace(other, effort=other.effort[:, SWAPPED])
     with pytest.warns(pid.PhysidentWarning, match="joints 2 and 3 are swapped"):
         pid.validate(healthy_estimate, swapped)
-    with pytest.raises(pid.InputError, match="joints 2 and 3 are swapped.*leave it out"):
+    with pytest.raises(pid.InputError, match=r"joints 2 and 3 are swapped.*leave it out"):
         pid.diagnose_motion(healthy_estimate, right, holdout=swapped)
 
 

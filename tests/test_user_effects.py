@@ -37,8 +37,14 @@ BAD = {
     "no name": (CLASS.replace(f'"{NAME}"', "3"), r"has the name 3; expected a word"),
     "no unit": (CLASS.replace('    unit = "N m"\n', ""), r"states no unit"),
     "no family": (CLASS.replace("pid.Family.FRICTION", "'friction'"), r"states no family"),
-    "no expression": (CLASS.replace('("v / 0.3', '("v / / 0.3'), r"effects.py: line 1?\d: Lubricant\w+: the formula .* is no expression of Python"),
-    "one text": (CLASS.replace('formulas = ("', 'formulas = "').replace('",)', '"'), r"effects.py: line 1?\d: Lubricant\w+: formulas = .* is one text; expected several"),
+    "no expression": (
+        CLASS.replace('("v / 0.3', '("v / / 0.3'),
+        r"effects.py: line 1?\d: Lubricant\w+: the formula .* is no expression of Python",
+    ),
+    "one text": (
+        CLASS.replace('formulas = ("', 'formulas = "').replace('",)', '"'),
+        r"effects.py: line 1?\d: Lubricant\w+: formulas = .* is one text; expected several",
+    ),
     "no formulas": (CLASS.split("    formulas")[0] + "    formulas = ()\n", r"states no formulas"),
     "two of a name": (CLASS + "\n\n" + CLASS.replace("class Lubricant", "class Other"), r"as another effect there"),
     "not frozen": (CLASS.replace("@dataclass(frozen=True)", "") + "    c: float = 1.0\n", r"frozen"),

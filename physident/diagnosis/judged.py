@@ -158,7 +158,7 @@ def _told(
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """The graded findings that are changes, one cause a torque, with what else could be their reason; and those that the control shows alike."""
     findings, old = _apart(hypothesis, found.findings, alike)
-    findings = one_cause_a_torque(found.hypothesis, findings)
+    findings = one_cause_a_torque(found.hypothesis, findings, found.uncertainty)
     return with_confounder(findings, asked.control, asked.recordings), old
 
 

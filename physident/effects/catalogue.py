@@ -29,8 +29,8 @@ from physident.effects.learned.curves import (
     LearnedTemperature,
     LearnedTime,
     LearnedTorque,
-    LearnedVelocity,
 )
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.effects.measurement import (
     TimeDelay,
     TorqueConstant,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from physident.effects.effect import Effect
 from physident.effects.friction import CoulombFriction, VelocityFriction, ViscousFriction
-from physident.effects.learned.curves import LearnedVelocity
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.effects.user.formula import FormulaEffect
 from physident.estimation.physical.cones import FREE_SPEED
 from physident.robots.robot import Robot

@@ -14,8 +14,8 @@ from physident.estimation.estimate import Estimate
 from physident.notebook import results_html
 from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
-from physident.threads import one_thread
 from physident.setup_checks.check_setup import warn_of_setup
+from physident.threads import one_thread
 from physident.validation.predictions import Predictions, predict
 
 Array = NDArray[np.float64]

@@ -1,7 +1,8 @@
-"""One cause for all parts of a torque that no law describes: the curves of a joint, and the laws that these hold a part of.
+"""One cause for all parts of a torque: the curves of a joint with the laws that these hold a part of, and a law that another one has replaced.
 
 A tight spot that drags as in oil is a curve over position, and what that leaves is one over velocity; a cable that stiffens is a curve and
-a spring. Only the part that says most by itself tells where to look.
+a spring. Only the part that says most by itself tells where to look. Dry friction that builds up over a distance takes the place of dry friction
+that turns at once: that the model has less of this one than before is no news.
 """
 
 from __future__ import annotations
@@ -9,16 +10,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.one_torque import are_one_torque
 
+REPLACED = "friction that builds up over a distance stands in its place: both together are what the model had"
 
-def one_cause_a_torque(hypothesis: Hypothesis, findings: Sequence[Finding]) -> tuple[Finding, ...]:
+
+def one_cause_a_torque(
+    hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty: Uncertainty
+) -> tuple[Finding, ...]:
     """The findings, of which one is a contribution where another one of its joint is a cause, both are parts of one torque, and the other
-    one says more by itself."""
+    one says more by itself, or stands in its place."""
     causes = sorted({i for finding in findings if finding.grade == "cause" for i in members(hypothesis, finding)})
     lesser: set[int] = set()
     for joint in range(1, hypothesis.problem.model.robot.n + 1):
@@ -29,7 +37,32 @@ def one_cause_a_torque(hypothesis: Hypothesis, findings: Sequence[Finding]) -> t
         replace(f, grade="contribution") if f.grade == "cause" and set(members(hypothesis, f)) <= lesser else f
         for f in findings
     ]
+    result = [
+        replace(f, grade="contribution", no_cause=REPLACED)
+        if f.grade == "cause" and all(_is_replaced(hypothesis, i, uncertainty) for i in members(hypothesis, f))
+        else f
+        for f in result
+    ]
     return tuple(sorted(result, key=lambda f: f.grade != "cause"))  # each grade stays in its order
+
+
+def _is_replaced(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bool:
+    """Whether an accepted effect (its index) has lost to one with a memory what that one comes to once it has settled: what both together differ
+    by may be nothing, or is less than the joint's residual."""
+    one, lost = hypothesis.accepted[i], hypothesis.effect_values[i]
+    for k, other in enumerate(hypothesis.accepted):
+        gained = hypothesis.effect_values[k]
+        if other.effect.pointwise or other.candidate.joints != one.candidate.joints or len(lost) * len(gained) != 1:
+            continue
+        settled, levels = other.effect.folded(hypothesis.problem.model.robot, np.ones(1))
+        if settled.name != one.candidate.name or lost[0] * levels[0] * gained[0] >= 0:
+            continue
+        moves, places = np.zeros((1, len(uncertainty.changes.covariance))), hypothesis.places_of_changes
+        moves[0, places[i].start], moves[0, places[k].start] = 1.0, levels[0]
+        reach = float(uncertainty.changes.reach(moves, several=False)[0])
+        left = float(hypothesis.fit.sigma[one.candidate.joints[0] - 1])
+        return abs(lost[0] + levels[0] * gained[0]) <= max(reach, left)
+    return False
 
 
 def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from physident.diagnosis.learned.pool import AMPLITUDES
 from physident.dynamics.regressor import build_regressor
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.learned.curves import LearnedPosition, LearnedVelocity
+from physident.effects.learned.curves import LearnedPosition
+from physident.effects.learned.velocity_curve import LearnedVelocity
 from physident.estimation.weighting import weight_rows
 from physident.recordings.signals import Filter, Signals
 from physident.robots.robot import Robot

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.search.acceptance import (
@@ -62,7 +64,7 @@ def search_effects(
         progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
     tried: list[list[Key]] = []
-    sized: frozenset[Key] = frozenset()
+    sized, replaced_laws = frozenset[Key](), frozenset[Key]()
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
         found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
@@ -73,6 +75,11 @@ def search_effects(
                 _without(searched, [one.candidate.key for one in found.replaces]),
                 replaced + 1,
             )
+            continue
+        pair = _in_the_place_of_a_law(last)
+        if pair and not replaced_laws & {one.candidate.key for one in pair}:
+            progress(f"added {placed(pair[1])} in the place of {placed(pair[0])}")
+            accepted, replaced_laws = (*accepted, *pair), replaced_laws | {one.candidate.key for one in pair}
             continue
         uneven = uneven_scales(last.hypothesis)
         new = [one for one in uneven if one.candidate.key not in sized]
@@ -206,6 +213,29 @@ def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
         return None
     candidate = scores.hypothesis.data.candidates[index]
     return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
+
+
+def _in_the_place_of_a_law(scores: CandidateScores) -> tuple[AcceptedEffect, ...]:
+    """A change of one of the model's laws, and the effect with a memory that takes its place, of the most evidence; empty where there is none.
+
+    Neither shows without the other. Where a model has the right level of friction, one that builds up over a distance to this level only adds
+    to it, and less friction is only wrong.
+    """
+    hypothesis, best, found = scores.hypothesis, 0.0, ()
+    places = {candidate.key: candidate for candidate in hypothesis.data.candidates}
+    for candidate in places.values():
+        effect = candidate.options[0].effect
+        if effect is None or effect.pointwise or len(candidate.joints) != 1:
+            continue
+        law = places.get((effect.folded(hypothesis.problem.model.robot, np.ones(1))[0].name, candidate.joints))
+        if law is None or law is candidate:
+            continue
+        changed = AcceptedEffect(law, refine_shape(hypothesis, law))
+        beside = hypothesis.with_effect(law, changed.effect)
+        gain = _evidence_without_best_fold(beside, candidate)
+        if gain > max(best, scores.threshold_of(candidate.key, beside.accepted)) and is_admissible(beside, candidate):
+            best, found = gain, (changed, AcceptedEffect(candidate, refine_shape(beside, candidate)))
+    return found
 
 
 def without_redundant(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -117,7 +118,7 @@ def _explained(hypothesis: Hypothesis, left: Hypothesis, some: NDArray[np.bool_]
     J, residual = hypothesis.problem.jacobians[some] * weights, left.fit.residual[some] * weights
     ends = np.concatenate([[0], np.cumsum(counts)])
     gains = np.zeros(len(counts))
-    for w, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+    for w, (first, last) in enumerate(itertools.pairwise(ends)):
         A, b = J[first:last].transpose(0, 2, 1).reshape(-1, 3), residual[first:last].ravel()
         force = np.linalg.lstsq(A, b, rcond=1e-6)[0]
         gains[w] = b @ b - np.sum((b - A @ force) ** 2)

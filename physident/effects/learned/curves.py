@@ -20,7 +20,6 @@ from physident.robots.robot import Robot
 
 COMPARED = 500  # times since the starts of recordings
 ONE_MOTION = 0.1  # of a position's variance; two motions that have nothing in common are apart by twice that variance
-FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
 
 
 @dataclass(frozen=True)
@@ -91,57 +90,6 @@ class LearnedPositionFriction(LearnedPosition):
         widths = np.full(robot.n, SHARPEST)
         widths[self.active(robot)] = self.shape_values(robot, "smoothing")
         return f"np.tanh(v / {array_source(np.maximum(widths, SHARPEST))})"
-
-
-@dataclass(frozen=True)
-class LearnedVelocity(LearnedCurve):
-    """tau_j = f_j(v_j): a friction curve beside the laws of the catalogue, finer near standstill; f in N m.
-
-    A jump at standstill belongs to Coulomb friction. Beyond its range it stays constant, and the friction of the joint as a sum over
-    all effects must not drive it.
-    """
-
-    name: ClassVar[str] = "learned_velocity"
-    label: ClassVar[str] = "a torque that depends on velocity"
-    variable: ClassVar[Variable | None] = "velocity"
-    signature: ClassVar[str] = "a curve over velocity that no law of the catalogue has"
-    mistaken_for: ClassVar[str] = "stribeck_friction or nonlinear_viscous_friction: move at five speeds or more"
-    is_held: ClassVar[bool] = (
-        False  # few rows are fast: what all of them leave says little of friction at the highest speeds
-    )
-    pieces: ClassVar[int] = 16
-    quantity_unit: ClassVar[str] = "rad/s"
-    dependence: ClassVar[str] = "velocity"
-
-    @property
-    def has_mean(self) -> bool:
-        return False  # friction must not push a joint one way
-
-    def quantity(self, signals: Signals) -> Array | None:
-        return signals.v
-
-    def quantity_source(self, robot: Robot) -> str:
-        return "v"
-
-    def _range(self, robot: Robot, joint: int, signals: Sequence[Signals]) -> tuple[float, float]:
-        """The same in both directions, so that standstill is its middle."""
-        low, high = super()._range(robot, joint, signals)
-        fastest = max(abs(low), abs(high))
-        return -fastest, fastest
-
-    def scale(self, x: Array, low: Array, high: Array) -> Array:
-        top = (high - low) / 2
-        return np.arcsinh(FINE * np.clip(x - (low + top), -top, top) / top) / (2 * np.arcsinh(FINE)) + 0.5
-
-    def scale_source(self, x: str, low: Array, high: Array) -> str:
-        top = (high - low) / 2
-        centred = f"({x} - {array_source(low + top)})"
-        inside = f"np.minimum(np.maximum({centred}, {array_source(-top)}), {array_source(top)})"
-        return f"(np.arcsinh({inside} * {array_source(FINE / top)}) * {1 / (2 * np.arcsinh(FINE))} + 0.5)"
-
-    def friction(self, robot: Robot, speeds: Array) -> Array:
-        shapes = self._shapes(robot, np.tile(speeds, (len(self.active(robot)), 1)))
-        return shapes.reshape(-1, len(speeds))
 
 
 @dataclass(frozen=True)
