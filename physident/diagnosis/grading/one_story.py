@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding
+from physident.diagnosis.rivals.successors import is_succeeded
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.one_torque import are_one_torque
@@ -39,30 +38,11 @@ def one_cause_a_torque(
     ]
     result = [
         replace(f, grade="contribution", no_cause=REPLACED)
-        if f.grade == "cause" and all(_is_replaced(hypothesis, i, uncertainty) for i in members(hypothesis, f))
+        if f.grade == "cause" and all(is_succeeded(hypothesis, i, uncertainty) for i in members(hypothesis, f))
         else f
         for f in result
     ]
     return tuple(sorted(result, key=lambda f: f.grade != "cause"))  # each grade stays in its order
-
-
-def _is_replaced(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bool:
-    """Whether an accepted effect (its index) has lost to one with a memory what that one comes to once it has settled: what both together differ
-    by may be nothing, or is less than the joint's residual."""
-    one, lost = hypothesis.accepted[i], hypothesis.effect_values[i]
-    for k, other in enumerate(hypothesis.accepted):
-        gained = hypothesis.effect_values[k]
-        if other.effect.pointwise or other.candidate.joints != one.candidate.joints or len(lost) * len(gained) != 1:
-            continue
-        settled, levels = other.effect.folded(hypothesis.problem.model.robot, np.ones(1))
-        if settled.name != one.candidate.name or lost[0] * levels[0] * gained[0] >= 0:
-            continue
-        moves, places = np.zeros((1, len(uncertainty.changes.covariance))), hypothesis.places_of_changes
-        moves[0, places[i].start], moves[0, places[k].start] = 1.0, levels[0]
-        reach = float(uncertainty.changes.reach(moves, several=False)[0])
-        left = float(hypothesis.fit.sigma[one.candidate.joints[0] - 1])
-        return abs(lost[0] + levels[0] * gained[0]) <= max(reach, left)
-    return False
 
 
 def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:

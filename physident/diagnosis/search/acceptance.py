@@ -27,6 +27,7 @@ from physident.effects.learned.curves import LearnedTorque
 from physident.effects.measurement import LateFriction, LeakingChannels, TorqueConstant, TorqueDelay
 from physident.effects.scales.friction_level import FrictionLevel
 from physident.effects.scales.torque_scale import TorqueScale
+from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
@@ -277,3 +278,14 @@ def makes_redundant(hypothesis: Hypothesis, other: Candidate, first: Candidate, 
     data = replace(beside.data, candidates=(first,))
     gains = left_out_gains(data, beside.baseline, beside.fit, products=beside.products)
     return float(gains.evidence[0, 0]) < threshold
+
+
+def evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
+    """A candidate's evidence without the fold that supports it most; none where it lies inside the baseline."""
+    data = replace(hypothesis.data, candidates=(candidate,))
+    if hypothesis.problem.is_friction_of_resting_joint(candidate):
+        return 0.0
+    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, products=hypothesis.products)
+    if gains.visible[0] < VISIBLE:
+        return 0.0
+    return float(gains.evidence_without_best_fold[0, 0])

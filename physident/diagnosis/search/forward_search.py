@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.rivals.successors import law_and_successor, succeeded_laws
 from physident.diagnosis.search.acceptance import (
     choose_candidate,
     contact_accepted,
+    evidence_without_best_fold,
     is_admissible,
     is_beyond_doubt,
     smaller_of_family,
@@ -24,10 +24,8 @@ from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.physical_signs import at_share_of_most, uneven_scales
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
-from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.stored_products import Key
 from physident.effects.catalogue import effect_scope
-from physident.identifiability.visibility import VISIBLE
 
 ROUNDS = 3  # of forward search and removal: each round that changes something has raised the left-out gain
 REPLACEMENTS = 3  # of several effects by one: each shortens the description, and what it replaced does not come back
@@ -64,10 +62,11 @@ def search_effects(
         progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
     tried: list[list[Key]] = []
-    sized, replaced_laws = frozenset[Key](), frozenset[Key]()
+    sized, succeeded = frozenset[Key](), frozenset[Key]()
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
-        found = find_replacement(last.hypothesis, problem.missing_default_effects) if replaced < REPLACEMENTS else None
+        stays = (*problem.missing_default_effects, *succeeded_laws(last.hypothesis))
+        found = find_replacement(last.hypothesis, stays) if replaced < REPLACEMENTS else None
         if found is not None:
             progress(f"{placed(found.accepted[-1])} in the place of {', '.join(map(placed, found.replaces))}")
             accepted, searched, replaced = (
@@ -76,10 +75,10 @@ def search_effects(
                 replaced + 1,
             )
             continue
-        pair = _in_the_place_of_a_law(last)
-        if pair and not replaced_laws & {one.candidate.key for one in pair}:
+        pair = law_and_successor(last)
+        if pair and pair[0].candidate.key not in succeeded:
             progress(f"added {placed(pair[1])} in the place of {placed(pair[0])}")
-            accepted, replaced_laws = (*accepted, *pair), replaced_laws | {one.candidate.key for one in pair}
+            accepted, succeeded = (*accepted, *pair), succeeded | {pair[0].candidate.key}
             continue
         uneven = uneven_scales(last.hypothesis)
         new = [one for one in uneven if one.candidate.key not in sized]
@@ -215,29 +214,6 @@ def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
     return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
 
 
-def _in_the_place_of_a_law(scores: CandidateScores) -> tuple[AcceptedEffect, ...]:
-    """A change of one of the model's laws, and the effect with a memory that takes its place, of the most evidence; empty where there is none.
-
-    Neither shows without the other. Where a model has the right level of friction, one that builds up over a distance to this level only adds
-    to it, and less friction is only wrong.
-    """
-    hypothesis, best, found = scores.hypothesis, 0.0, ()
-    places = {candidate.key: candidate for candidate in hypothesis.data.candidates}
-    for candidate in places.values():
-        effect = candidate.options[0].effect
-        if effect is None or effect.pointwise or len(candidate.joints) != 1:
-            continue
-        law = places.get((effect.folded(hypothesis.problem.model.robot, np.ones(1))[0].name, candidate.joints))
-        if law is None or law is candidate:
-            continue
-        changed = AcceptedEffect(law, refine_shape(hypothesis, law))
-        beside = hypothesis.with_effect(law, changed.effect)
-        gain = _evidence_without_best_fold(beside, candidate)
-        if gain > max(best, scores.threshold_of(candidate.key, beside.accepted)) and is_admissible(beside, candidate):
-            best, found = gain, (changed, AcceptedEffect(candidate, refine_shape(beside, candidate)))
-    return found
-
-
 def without_redundant(
     problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
 ) -> tuple[AcceptedEffect, ...]:
@@ -250,7 +226,7 @@ def without_redundant(
         if proven or one.candidate is CONTACT:
             continue
         hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)
-        gain = _evidence_without_best_fold(hypothesis, one.candidate)
+        gain = evidence_without_best_fold(hypothesis, one.candidate)
         if not (gain > last.threshold_of(one.candidate.key, rest) and is_admissible(hypothesis, one.candidate)):
             kept = rest
     return kept
@@ -267,14 +243,3 @@ def _with_smaller(
         if smaller := smaller_of_family(hypothesis, one, last.threshold):
             kept = (*rest, *smaller)
     return kept
-
-
-def _evidence_without_best_fold(hypothesis: Hypothesis, candidate: Candidate) -> float:
-    """A candidate's evidence without the fold that supports it most; none where it lies inside the baseline."""
-    data = replace(hypothesis.data, candidates=(candidate,))
-    if hypothesis.problem.is_friction_of_resting_joint(candidate):
-        return 0.0
-    gains = left_out_gains(data, hypothesis.baseline, hypothesis.fit, products=hypothesis.products)
-    if gains.visible[0] < VISIBLE:
-        return 0.0
-    return float(gains.evidence_without_best_fold[0, 0])
