@@ -121,5 +121,7 @@ def test_the_unbroken_files_pass(folder: Path, capfd: pytest.CaptureFixture) -> 
     assert run(COMPARE) == 0
     for robot in ("arm.urdf", "arm.toml"):
         assert run(["base-parameters", "--robot", robot]) == 0
-    said = [line for line in capfd.readouterr().err.splitlines() if line and "near a singularity" not in line]
-    assert said == []  # this motion does pass near one
+    told = capfd.readouterr().err.splitlines()
+    # this motion does pass near one, and these efforts are made up
+    true = ("near a singularity", "the efforts hold no gravity")
+    assert [line for line in told if line and not any(text in line for text in true)] == []
