@@ -1,8 +1,9 @@
-"""A simulation says where it leaves what a learned curve was learned from, and is silent where it does not."""
+"""Beyond what a learned curve was learned from: a simulation says so, and friction goes on as it was."""
 
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import pytest
 import physident as pid
 from physident.effects.learned.curves import LearnedPosition
 from physident.effects.learned.velocity_curve import LearnedVelocity
+from physident.recordings.signals import Signals
+from tests.serial_arms import ARMS, swung, urdf
 
 
 def test_a_motion_beyond_a_curve_is_told(ur5: pid.Robot) -> None:
@@ -35,3 +38,31 @@ def test_a_motion_beyond_a_curve_is_told(ur5: pid.Robot) -> None:
             assert text.startswith(start)
             ends = [float(x) for x in text.split(": ")[1].split(" rad")[0].split(" to ")]
             assert ends == pytest.approx([reached.min(), reached.max()], abs=0.05)  # a controller follows it nearly
+
+
+def hump(speed: np.ndarray) -> np.ndarray:
+    """Friction [N m] that rises to 2.5 at 0.8 rad/s and falls again: no law of the catalogue."""
+    return 2.5 * np.sign(speed) * np.exp(-(((np.abs(speed) - 0.8) / 0.4) ** 2)) * np.tanh(np.abs(speed) / 0.05)
+
+
+@pytest.mark.slow
+def test_a_faster_joint_has_the_friction_of_curve_and_laws_together(tmp_path: Path) -> None:
+    """The data say nothing of how a curve shares a line with viscous friction, and beyond the curve that must not show."""
+    (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
+    runs = []
+    for seed in (1, 2, 3):
+        rng, time = np.random.default_rng(seed), np.arange(0.0, 20.0, 0.005)
+        q, v, tau = swung(rng, time)
+        tau += np.array([4.0, 2.5]) * np.tanh(v / 0.01) + np.array([3.0, 2.0]) * v
+        tau[:, 0] += hump(v[:, 0])
+        tau += 0.1 * rng.standard_normal(tau.shape)
+        runs.append(pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=str(seed)))
+    found = pid.diagnose_motion(pid.identify(pid.load_robot(tmp_path / "two.urdf"), runs), runs)
+    assert ("learned_velocity", (1,)) in {(f.effect, f.joints) for f in found.causes}
+    assert found.estimate is not None
+    model = found.estimate.model
+    top = max(float(np.abs(run.dq[:, 0]).max()) for run in runs if run.dq is not None)
+    v = np.column_stack([np.array([0.8, 1.3, 1.6, -1.3, -1.6]) * top, np.zeros(5)])
+    at_rest, moving = (model.refer(Signals.of_states(0 * v, one, 0 * v)) for one in (0 * v, v))
+    friction = (model.measured_torque(moving) - model.measured_torque(at_rest))[:, 0]
+    np.testing.assert_allclose(friction, 4 * np.sign(v[:, 0]) + 3 * v[:, 0] + hump(v[:, 0]), rtol=0.12)

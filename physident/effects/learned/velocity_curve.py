@@ -17,13 +17,14 @@ from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
 FINE = 20.0  # times as finely is a curve over velocity resolved at standstill as at its ends
+SLOW = 0.25  # of its range: below, friction breaks away
 STRAIGHT = 200  # speeds at which a curve is held against a straight line
 
 
 @cache
 def straight_slopes(pieces: int) -> Array:
-    """The slope (modes,) of the straight line nearest to each mode over velocity, which may jump at standstill; a unit is half the range."""
-    speed = np.linspace(0.0, 1.0, STRAIGHT + 1)[1:]
+    """The slope (modes,) of the straight line nearest to each mode, both ways alike, but for the slowest quarter of its range; a unit is half the range."""
+    speed = np.linspace(SLOW, 1.0, STRAIGHT)
     forward, back = (modes(pieces, False)[:, 1:].T @ bumps(pieces * _place(v), pieces) for v in (speed, -speed))
     return np.polyfit(speed, (forward - back).T / 2, 1)[0]
 
@@ -37,8 +38,8 @@ def _place(speed: Array) -> Array:
 class LearnedVelocity(LearnedCurve):
     """tau_j = f_j(v_j): a friction curve beside the laws of the catalogue, finer near standstill; f in N m.
 
-    A jump at standstill belongs to Coulomb friction. Beyond its range it goes on by the slope of the straight line nearest to it: how it
-    shares a line with viscous friction changes no torque there either. The friction of the joint as a sum over all effects must not drive it.
+    A jump at standstill belongs to Coulomb friction. Beyond its range it goes on by the slope of the straight line nearest to all but its
+    slowest quarter: how it shares a line with viscous friction changes no torque there either. The friction of the joint as a sum over all effects must not drive it.
     """
 
     name: ClassVar[str] = "learned_velocity"
