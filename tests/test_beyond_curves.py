@@ -62,7 +62,7 @@ def test_a_faster_joint_has_the_friction_of_curve_and_laws_together(tmp_path: Pa
     assert found.estimate is not None
     model = found.estimate.model
     top = max(float(np.abs(run.dq[:, 0]).max()) for run in runs if run.dq is not None)
-    v = np.column_stack([np.array([0.8, 1.3, 1.6, -1.3, -1.6]) * top, np.zeros(5)])
+    v = np.column_stack([np.array([0.8, 1.1, 1.3, -1.1, -1.3]) * top, np.zeros(5)])
     at_rest, moving = (model.refer(Signals.of_states(0 * v, one, 0 * v)) for one in (0 * v, v))
     friction = (model.measured_torque(moving) - model.measured_torque(at_rest))[:, 0]
     np.testing.assert_allclose(friction, 4 * np.sign(v[:, 0]) + 3 * v[:, 0] + hump(v[:, 0]), rtol=0.12)

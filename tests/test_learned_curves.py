@@ -95,9 +95,10 @@ def test_how_a_curve_shares_a_line_with_viscous_friction_is_seen_nowhere(ur5: pi
     v = np.concatenate([-np.geomspace(0.8, 0.05, 200), np.geomspace(0.05, 0.8, 200)])
     laws = np.column_stack([2 * np.sign(v) + 5 * v, np.sign(v) * np.exp(-(((np.abs(v) - 0.08) / 0.03) ** 2))])
     theta = np.linalg.lstsq(curve.shapes_at(ur5, v), laws, rcond=None)[0]
-    fast = np.array([-3.0, -1.2, 0.8, 1.2, 3.0])
+    fast = np.array([-9.0, -1.0, 0.8, 1.0, 9.0])
     line, bump = (curve.shapes_at(ur5, fast) @ theta).T
-    np.testing.assert_allclose(line, 2 * np.sign(fast) + 5 * fast, rtol=0.03)
+    np.testing.assert_allclose(line[1:4], (2 * np.sign(fast) + 5 * fast)[1:4], rtol=0.03)
+    assert 6.0 < line[4] < 10.0  # far beyond it has levelled off
     np.testing.assert_allclose(bump, 0.0, atol=0.2)
     source = curve.numpy_source(ur5, theta[:, 0])
     assert source is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -121,16 +122,36 @@ def test_diagnose_keeps_its_warnings(
     assert "joints 2 and 3 are swapped" in kept
 
 
-def test_what_is_judged_warns_and_what_is_to_confirm_is_refused(
+def test_a_score_of_swapped_joints_warns_once(
     healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
 ) -> None:
-    """Of swapped joints a score is wrong, and a holdout of another set-up than what is diagnosed says nothing of what is found there."""
-    right, other = healthy_runs[2:4]
-    swapped = replace(other, effort=other.effort[:, SWAPPED])
+    swapped = replace(healthy_runs[3], effort=healthy_runs[3].effort[:, SWAPPED])
     with pytest.warns(pid.PhysidentWarning, match="joints 2 and 3 are swapped"):
         pid.validate(healthy_estimate, swapped)
-    with pytest.raises(pid.InputError, match=r"joints 2 and 3 are swapped.*leave it out"):
-        pid.diagnose_motion(healthy_estimate, right, holdout=swapped)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        pid.compare(healthy_estimate, healthy_estimate, swapped)
+    assert sum("joints 2 and 3 are swapped" in str(one.message) for one in said) == 1
+
+
+def test_a_joint_that_stands_still_is_no_other_kind_of_effort(
+    healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """Its torque holds no friction, because it does not move."""
+    run, still = healthy_runs[3], np.array([0, 1])
+    assert run.dq is not None
+    q, dq, effort = run.q.copy(), run.dq.copy(), run.effort.copy()
+    q[:, still], dq[:, still] = q[0, still], 0.0
+    signals = pid.prepare(replace(run, q=q, dq=dq), healthy_estimate.filter)
+    model = healthy_estimate.model
+    names = [column.name for column in model.columns]
+    theta = np.where([("friction" in name) and name[-1] in "12" for name in names], 0.0, model.theta)
+    quiet = pid.Model(model.robot, model.effects, theta)
+    torque = quiet.measured_torque(quiet.refer(signals))
+    effort = np.column_stack([np.interp(run.time - run.time[0], signals.time - signals.origin, x) for x in torque.T])
+    noise = 0.05 * np.random.default_rng(0).standard_normal(effort.shape)
+    standing = replace(run, q=q, dq=dq, effort=effort + noise)
+    assert not [one for one in pid.check_setup(model.robot, standing) if one.kind == "mixture"]
 
 
 def test_parameters_that_recordings_cannot_size_are_printed_as_such(ur5: pid.Robot, tmp_path: Path) -> None:

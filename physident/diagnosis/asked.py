@@ -121,7 +121,7 @@ def ask(
     with_torque, held_torque = ([r.with_default_drive_gains(gains) for r in some] for some in (diagnosed, held))
     signals = prepare_all(given.robot, with_torque, used_filter)
     check_lengths(given, signals, used_filter)
-    check_holdout(model, with_torque, held_torque, used_filter)
+    check_holdout(model, diagnosed, held, used_filter)
     warnings = warn_of_setup(given.robot, with_torque, held_torque)
     if isinstance(model, Model):  # a description says nothing of how its friction turns
         model = given = model_with_transitions(model.stepped(), signals, used_filter)

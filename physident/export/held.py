@@ -19,7 +19,7 @@ from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
 from physident.robots.kinematic_tree import Joint
 from physident.robots.robot import Robot
-from physident.validation.scores import compare
+from physident.validation.scores import compared
 
 Array = NDArray[np.float64]
 TOLERATED = 1.1  # times the model's own error: more than its rounding to the terms of the format should cost
@@ -110,7 +110,7 @@ def loss_of_torque(estimate: Estimate, held: Model, recordings: Sequence[Recordi
     whole = Model(estimate.model.robot, tuple(e for e, _ in lasting), np.concatenate([theta for _, theta in lasting]))
     before = replace(estimate, model=whole)
     if recordings:
-        gain = compare(before, replace(estimate, model=held), recordings, include_fitted=True)
+        gain = compared(before, replace(estimate, model=held), recordings, include_fitted=True)
         own, exported, where = gain.before.rms, gain.after.rms, "on the training recordings"
     else:
         own, exported, where = *_along_random_motion(before, held), "along a random motion inside the limits"

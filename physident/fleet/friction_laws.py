@@ -14,7 +14,7 @@ from physident.estimation.identify import identify
 from physident.fleet.candidates import LAWS
 from physident.recordings.recording import Recording
 from physident.robots.robot import Robot
-from physident.validation.scores import validate
+from physident.validation.scores import scored
 
 Array = NDArray[np.float64]
 
@@ -42,10 +42,7 @@ def _left_out(
     """RMS error (2, n) [N m|N] of each half by the model of the other one; None where a half is not enough for the model."""
     try:
         return np.array(
-            [
-                validate(identify(robot, halves[k], effects, filter=cutoff), halves[1 - k]).rms
-                for k in range(len(halves))
-            ]
+            [scored(identify(robot, halves[k], effects, filter=cutoff), halves[1 - k]).rms for k in range(len(halves))]
         )
     except PhysidentError:
         return None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.recordings.recording import Recording
+from physident.recordings.signals import MOVING_SPEED
 from physident.setup_checks.finding import SetupFinding, joint_list
 from physident.setup_checks.jackknife import Interval, jackknife
 from physident.setup_checks.joint_fit import Moments, coefficients
@@ -66,7 +67,7 @@ def check_channel(rows: Rows, moments: Moments, recordings: Sequence[Recording])
 
 
 def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.bool_]]:
-    """Friction of each joint (n,) over its inertia and gravity torque, and which joints (n,) have much of the latter."""
+    """Friction of each joint (n,) over its inertia and gravity torque, and which joints (n,) move and have much of the latter."""
     columns = rows.columns
 
     def shares(block: int | None) -> Array:
@@ -76,7 +77,8 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
         return friction / np.maximum(rigid, 1e-12 * max(float(rigid.max()), 1e-12))
 
     replicates = np.array([shares(block) for block in range(moments.blocks)])
-    return jackknife(shares(None), replicates), rows.strong()
+    moves = rows.v.std(axis=0) > MOVING_SPEED * rows.robot.radian  # what stands still shows no friction
+    return jackknife(shares(None), replicates), rows.strong() & moves
 
 
 def relative_noise(recordings: Sequence[Recording]) -> Array:

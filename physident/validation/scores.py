@@ -146,13 +146,24 @@ def validate(estimate: Estimate, recordings: Recordings, include_fitted: bool = 
     without gains take the model's drive gains. ``include_fitted`` allows fitted recordings. Warns of a set-up that is wrong, as
     ``check_setup`` finds it.
     """
+    given = as_recordings(recordings, estimate.model.robot, estimate.layout)
+    _warn_of_setup(estimate, given)
+    return scored(estimate, given, include_fitted)
+
+
+def scored(estimate: Estimate, recordings: Recordings, include_fitted: bool = False) -> Score:
+    """``validate`` without a word on the set-up, for a caller that has checked it."""
     recordings = as_recordings(recordings, estimate.model.robot, estimate.layout)
     if not recordings:
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
         refuse_fitted(estimate, recordings)
-    warn_of_setup(estimate.model.robot, recordings)
     return _score(estimate, recordings, predict(estimate, recordings))
+
+
+def _warn_of_setup(estimate: Estimate, recordings: Sequence[Recording]) -> None:
+    """Warn of a set-up that makes a score of recordings wrong."""
+    warn_of_setup(estimate.model.robot, [one.with_default_drive_gains(estimate.drive_gains) for one in recordings])
 
 
 def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Predictions) -> Score:
@@ -182,8 +193,15 @@ def _score(estimate: Estimate, recordings: Sequence[Recording], predictions: Pre
 def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: bool = False) -> Gain:
     """The gain of one model over another on recordings that neither was fitted to, both through the same filter.
 
-    Raises InputError as ``validate`` does, and for models of different joints or filters.
+    Raises InputError as ``validate`` does, and for models of different joints or filters; warns as that does.
     """
+    given = as_recordings(on, before.model.robot, before.layout)
+    _warn_of_setup(before, given)
+    return compared(before, after, given, include_fitted)
+
+
+def compared(before: Estimate, after: Estimate, on: Recordings, include_fitted: bool = False) -> Gain:
+    """``compare`` without a word on the set-up, for a caller that has checked it."""
     if before.filter != after.filter:
         raise InputError(
             f"the models use cutoffs of {before.filter.cutoff:g} and {after.filter.cutoff:g} Hz; expected one filter: identify both with the same --cutoff"
@@ -196,7 +214,6 @@ def compare(before: Estimate, after: Estimate, on: Recordings, include_fitted: b
     if not include_fitted:
         refuse_fitted(before, on)
         refuse_fitted(after, on)
-    warn_of_setup(before.model.robot, on)
     first, second = predict(before, on), predict(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))

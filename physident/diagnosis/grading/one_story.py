@@ -18,7 +18,7 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.one_torque import are_one_torque
 
-REPLACED = "friction that builds up over a distance stands in its place: both together are what the model had"
+REPLACED = "friction that builds up over a distance stands in its place: both together are nearly what the model had"
 
 
 def one_cause_a_torque(

@@ -16,7 +16,6 @@ from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
-from physident.setup_checks.check_setup import check_setup
 from physident.validation.predictions import predict
 
 CUT_OUT = 0.5  # of a holdout's samples: an arm never repeats one to the last digit of every encoder and sensor, but where it rests
@@ -103,8 +102,8 @@ def _filter_length(signals: Signals, filter: Filter) -> float:
 def check_holdout(
     model: Estimate | Model, recordings: Sequence[Recording], holdout: Sequence[Recording], filter: Filter
 ) -> None:
-    """Raises InputError for a holdout that could not be scored after ``recordings`` are diagnosed, or whose set-up, unlike theirs, is wrong: it
-    would say nothing of what is found. Nothing is compared, no score is made."""
+    """Raises InputError for a holdout that could not be scored after ``recordings`` are diagnosed; nothing is compared, no
+    score is made."""
     if not holdout:
         return
     _refuse_without_temperature(recordings, holdout)
@@ -117,16 +116,6 @@ def check_holdout(
                 f"{one.source}: the measured torque of joint {int(np.argmax(silent)) + 1} is zero throughout;"
                 " expected a holdout with a torque to compare with"
             )
-    robot = start.model.robot
-    if wrong := [one for one in check_setup(robot, holdout) if one.void]:
-        shared = {(one.kind, one.joints) for one in check_setup(robot, recordings)}
-        for one in wrong:
-            if (one.kind, one.joints) not in shared:
-                names = ", ".join(recording.source for recording in holdout)
-                raise InputError(
-                    f"{names}: a holdout whose set-up is wrong, unlike that of what is diagnosed: {one}; it confirms nothing and"
-                    " refutes nothing: correct it, or leave it out"
-                )
 
 
 def _refuse_without_temperature(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:

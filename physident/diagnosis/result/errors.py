@@ -18,7 +18,7 @@ from physident.estimation.identify import prepare_all
 from physident.large_arrays import steps
 from physident.recordings.recording import Recording
 from physident.recordings.rows import typical_step
-from physident.validation.scores import compare, validate
+from physident.validation.scores import compared, scored
 
 Array = NDArray[np.float64]
 ERRS_MORE = "the extended model errs by more than the model"
@@ -42,13 +42,13 @@ def errors_before_and_after(
     if not holdout:
         if first.problem.model is given.model:
             return _left_out_errors(first, comparison), _left_out_errors(last, comparison)
-        score = validate(given, recordings)
+        score = scored(given, recordings)
         return JointErrors(score.rms, score.relative_all), _left_out_errors(last, comparison)
     if extended is None:
-        score = validate(given, holdout)
+        score = scored(given, holdout)
         errors = JointErrors(score.rms, score.relative_all)
         return errors, errors
-    gain = compare(given, extended, on=holdout)
+    gain = compared(given, extended, on=holdout)
     return JointErrors(gain.before.rms, gain.before.relative_all), JointErrors(gain.after.rms, gain.after.relative_all)
 
 

@@ -6,6 +6,8 @@ friction is only wrong. So both are tried together, and that the model then has 
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
@@ -14,10 +16,14 @@ from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.diagnosis.statistics.stored_products import Key
+
+MOST = 0.1  # of the friction: by more it has changed as well
 
 
-def law_and_successor(scores: CandidateScores) -> tuple[AcceptedEffect, ...]:
-    """A change of one of the model's laws, and the effect with a memory that takes its place, of the most evidence; empty where there is none."""
+def law_and_successor(scores: CandidateScores, tried: Collection[Key]) -> tuple[AcceptedEffect, ...]:
+    """A change of one of the model's laws, none that was ``tried``, and the effect with a memory that takes its place, of the most evidence;
+    empty where there is none."""
     hypothesis, best, found = scores.hypothesis, 0.0, ()
     places = {candidate.key: candidate for candidate in hypothesis.data.candidates}
     for candidate in places.values():
@@ -25,7 +31,7 @@ def law_and_successor(scores: CandidateScores) -> tuple[AcceptedEffect, ...]:
         if effect is None or effect.pointwise or len(candidate.joints) != 1:
             continue
         law = places.get((effect.folded(hypothesis.problem.model.robot, np.ones(1))[0].name, candidate.joints))
-        if law is None or law is candidate:
+        if law is None or law is candidate or law.key in tried:
             continue
         changed = AcceptedEffect(law, refine_shape(hypothesis, law))
         beside = hypothesis.with_effect(law, changed.effect)
@@ -42,7 +48,7 @@ def succeeded_laws(hypothesis: Hypothesis) -> list[AcceptedEffect]:
 
 def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bool:
     """Whether what an accepted effect (its index) has lost is what another one has taken over: what both together differ by may be nothing, or
-    is less than the joint's residual."""
+    is less than the joint's residual, and is a small part of it."""
     found = _successor(hypothesis, i)
     if found is None:
         return False
@@ -51,7 +57,8 @@ def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bo
     moves[0, places[i].start], moves[0, places[k].start] = 1.0, level
     together = hypothesis.effect_values[i][0] + level * hypothesis.effect_values[k][0]
     left = hypothesis.fit.sigma[hypothesis.accepted[i].candidate.joints[0] - 1]
-    return bool(abs(together) <= max(float(uncertainty.changes.reach(moves, several=False)[0]), float(left)))
+    open_to = max(float(uncertainty.changes.reach(moves, several=False)[0]), float(left))
+    return bool(abs(together) <= min(open_to, MOST * abs(hypothesis.effect_values[i][0])))
 
 
 def _successor(hypothesis: Hypothesis, i: int) -> tuple[int, float] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
@@ -62,7 +62,7 @@ def search_effects(
         progress(f"added default effects that the model lacks: {', '.join(names)}")
     last, searched, replaced, rounds = None, problem, 0, 0
     tried: list[list[Key]] = []
-    sized, succeeded = frozenset[Key](), frozenset[Key]()
+    sized, pairs = frozenset[Key](), dict[Key, Key]()
     while rounds < ROUNDS:
         accepted, last = _add_while_better(searched, accepted, first, progress)
         stays = (*problem.missing_default_effects, *succeeded_laws(last.hypothesis))
@@ -75,10 +75,9 @@ def search_effects(
                 replaced + 1,
             )
             continue
-        pair = law_and_successor(last)
-        if pair and pair[0].candidate.key not in succeeded:
+        if pair := law_and_successor(last, pairs):
             progress(f"added {placed(pair[1])} in the place of {placed(pair[0])}")
-            accepted, succeeded = (*accepted, *pair), succeeded | {pair[0].candidate.key}
+            accepted, pairs = (*accepted, *pair), pairs | {pair[0].candidate.key: pair[1].candidate.key}
             continue
         uneven = uneven_scales(last.hypothesis)
         new = [one for one in uneven if one.candidate.key not in sized]
@@ -92,6 +91,7 @@ def search_effects(
             continue
         rounds += 1
         kept = _with_smaller(searched, without_redundant(searched, accepted, last), last)
+        kept = _with_their_successors(pairs, accepted, kept)
         keys = [a.candidate.key for a in kept]
         if keys == [a.candidate.key for a in accepted] or keys in tried:  # what was removed came back, and would again
             break
@@ -212,6 +212,14 @@ def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
         return None
     candidate = scores.hypothesis.data.candidates[index]
     return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
+
+
+def _with_their_successors(
+    pairs: Mapping[Key, Key], accepted: Sequence[AcceptedEffect], kept: tuple[AcceptedEffect, ...]
+) -> tuple[AcceptedEffect, ...]:
+    """The effects that are kept without the laws whose successors were accepted and are not kept: they have lost nothing."""
+    gone = {one.candidate.key for one in accepted} - {one.candidate.key for one in kept}
+    return tuple(one for one in kept if pairs.get(one.candidate.key) not in gone)
 
 
 def without_redundant(

@@ -11,14 +11,18 @@ from types import MappingProxyType
 
 import numpy as np
 
+from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
 from physident.diagnosis.rivals.rivals import RivalCheck
 from physident.diagnosis.search.acceptance import is_not_imitated
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
+from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.stability.half_search import search_half
 from physident.diagnosis.statistics.stored_products import Key, store_products
+from physident.effects.catalogue import CATALOGUE
 from physident.effects.learned.one_torque import are_one_torque, is_curve_of
+from physident.effects.scales.shared_scale import SharedScale
 from physident.identifiability.visibility import VISIBLE
 from physident.processes import mapped
 
@@ -64,9 +68,18 @@ def stability_of(
     for check in checks:
         key = check.accepted.candidate.key
         same = {key, stands_for.get(key, key), *(other.key for other in (*check.rivals, *check.same, *check.larger))}
+        same |= _scales_of_the_only_joint(hypothesis, check.accepted)
         laws = [key[0], *(name for name, joints in result if joints == key[1] and are_one_torque(name, key[0]))]
         result[key] = sum(bool(same & keys) or _as_a_curve(laws, key[1], keys) for keys in found) / len(found)
     return result
+
+
+def _scales_of_the_only_joint(hypothesis: Hypothesis, accepted: AcceptedEffect) -> set[Key]:
+    """What scales an arm of a single joint as a whole, of an accepted effect's family: a half is too short to tell the two apart."""
+    if hypothesis.problem.model.robot.n > 1:
+        return set()
+    scales = [one for one in hypothesis.problem.candidates if isinstance(one.options[0].effect, SharedScale)]
+    return {one.key for one in scales if CATALOGUE[one.name].family is accepted.effect.family}
 
 
 def _as_a_curve(laws: Sequence[str], joints: tuple[int, ...], found: Collection[Key]) -> bool:

@@ -22,6 +22,7 @@ from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
 NOISE = 1.0  # squared residual in units of the noise: of a run that explains less it is not known how little
+AT_END = 1e-6  # s: the row at which a contact ends is not its own
 HELD = 0.5  # of the rows of a contact: a run of fewer, beside a gap, is not compared with it
 
 
@@ -85,7 +86,7 @@ def _is_as_elsewhere(hypothesis: Hypothesis, contact: int, pushed: NDArray[np.bo
     """Whether an accepted contact explains no more than forces would while nothing seems to push."""
     regressor, inside = hypothesis.problem.regressor, _during(hypothesis, contact)
     own = float(np.sum(_explained(hypothesis, without_effects(hypothesis, [contact]), inside)))
-    windows = len(_window_of(hypothesis, inside)[0])
+    windows = max(1, round(sum(end - start for start, end in _of(hypothesis, contact).intervals) / PIECE))
     others = list[float]()
     for k in range(len(hypothesis.problem.signals)):
         free = (regressor.recording == k) & ~pushed
@@ -94,15 +95,21 @@ def _is_as_elsewhere(hypothesis: Hypothesis, contact: int, pushed: NDArray[np.bo
         for first in range(0, len(label) - windows + 1, windows):
             some = slice(first, first + windows)
             if count[some].sum() >= HELD * inside.sum():
-                others.append(float(gains[some].sum()))
+                others.append(float(gains[some].sum() * inside.sum() / count[some].sum()))
     return len(others) >= FEWEST and own <= _most(others, UNUSUAL / (len(others) + 1))
 
 
 def _during(hypothesis: Hypothesis, contact: int) -> NDArray[np.bool_]:
     """The rows (M,) while an accepted contact lasts."""
+    effect = _of(hypothesis, contact)
+    ends = [(start, end - AT_END) for start, end in effect.intervals]
+    return rows_during(hypothesis.problem, effect.recording, ends)
+
+
+def _of(hypothesis: Hypothesis, contact: int) -> Contact:
     effect = hypothesis.accepted[contact].effect
     assert isinstance(effect, Contact)
-    return rows_during(hypothesis.problem, effect.recording, effect.intervals)
+    return effect
 
 
 def _window_of(hypothesis: Hypothesis, some: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

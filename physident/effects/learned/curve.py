@@ -26,7 +26,7 @@ SHOWN = 200  # points of a printed or drawn curve
 
 @dataclass(frozen=True)
 class LearnedCurve(Effect):
-    """A sum of smooth functions of one quantity x of the joint, from ``low`` to ``high``; beyond, a constant or a line.
+    """A sum of smooth functions of one quantity x of the joint, from ``low`` to ``high``; beyond, a constant or nearly.
 
     Its parameters are the sizes of the functions, from the smoothest on, with the prior of a smoothing spline: each is zero with the
     standard deviation ``amplitude`` [N m|N], or with less where the root mean square of its torque would exceed ``ceiling`` [N m|N]: a

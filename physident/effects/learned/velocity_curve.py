@@ -39,7 +39,8 @@ class LearnedVelocity(LearnedCurve):
     """tau_j = f_j(v_j): a friction curve beside the laws of the catalogue, finer near standstill; f in N m.
 
     A jump at standstill belongs to Coulomb friction. Beyond its range it goes on by the slope of the straight line nearest to all but its
-    slowest quarter: how it shares a line with viscous friction changes no torque there either. The friction of the joint as a sum over all effects must not drive it.
+    slowest quarter, which levels off over another half of the range: near its ends, how it shares a line with viscous friction changes no torque,
+    and far beyond nobody knows. The friction of the joint as a sum over all effects must not drive it.
     """
 
     name: ClassVar[str] = "learned_velocity"
@@ -82,16 +83,16 @@ class LearnedVelocity(LearnedCurve):
 
     def _free_shapes(self, robot: Robot, x: Array) -> Array:
         low, high = (self.shape_values(robot, end)[:, None] for end in ("low", "high"))
-        beyond = (x - np.clip(x, low, high)) / ((high - low) / 2)
+        beyond = np.tanh((x - np.clip(x, low, high)) / ((high - low) / 2))
         return super()._free_shapes(robot, x) + straight_slopes(self.pieces)[:, None] * beyond[:, None]
 
     def numpy_source(self, robot: Robot, theta: Array) -> str | None:
         joints, slope, low, high = self.active(robot), np.zeros(robot.n), np.zeros(robot.n), np.ones(robot.n)
         low[joints], high[joints] = (self.shape_values(robot, end) for end in ("low", "high"))
         slope[joints] = theta.reshape(len(joints), -1) @ straight_slopes(self.pieces)
-        slope /= (high - low) / 2
         inside = f"np.minimum(np.maximum(v, {array_source(low)}), {array_source(high)})"
-        return f"({super().numpy_source(robot, theta)} + {array_source(slope)} * (v - {inside}))"
+        beyond = f"np.tanh((v - {inside}) / {array_source((high - low) / 2)})"
+        return f"({super().numpy_source(robot, theta)} + {array_source(slope)} * {beyond})"
 
     def friction(self, robot: Robot, speeds: Array) -> Array:
         shapes = self._shapes(robot, np.tile(speeds, (len(self.active(robot)), 1)))

@@ -39,11 +39,6 @@ class SharedScale(Effect):
                 f"{self.name}: uneven_percent is {self.uneven_percent}, expected per cent above 0, or none"
             )
 
-    @classmethod
-    def can_be_wrong(cls, robot: Robot) -> bool:
-        # a single joint shares nothing: effects of the joint itself scale it
-        return robot.n > 1
-
     def _uneven(self, robot: Robot) -> list[int]:
         """The joints (from 0) that have a number of their own; raises InputError where one is held that the arm does not have."""
         if not set(self.held) <= set(range(1, robot.n + 1)):

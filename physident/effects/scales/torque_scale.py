@@ -30,6 +30,10 @@ class TorqueScale(SharedScale):
         "friction_level where friction is most of the torque, gravity_magnitude on slow motions: record fast motions with an outstretched arm"
     )
 
+    @classmethod
+    def can_be_wrong(cls, robot: Robot) -> bool:
+        return robot.n > 1  # of one joint, torque_constant says the same
+
     def values(self, robot: Robot, signals: Signals) -> Array:
         return self.of_part(robot, signals.from_model("motor").T)
 

@@ -32,6 +32,8 @@ class FormulaEffect(Effect):
             raise InputError(
                 f"{cls.__name__}: formulas = {cls.formulas!r} is one text; expected several: formulas = ({cls.formulas!r},)"
             )
+        if not all(isinstance(formula, str) for formula in cls.formulas):
+            raise InputError(f"{cls.__name__}: formulas = {cls.formulas!r}; expected texts: formulas = ('v**3',)")
         used = {name for formula in cls.formulas for name in _names(formula, cls.__name__)}
         cls.needs_model = cls.needs_model or bool(used & {"load", "motor"})
 
