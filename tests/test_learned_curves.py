@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import physident as pid
 from physident.effects.learned.curves import LearnedLoad, LearnedPosition, LearnedPositionFriction
@@ -94,7 +95,7 @@ def test_how_a_curve_shares_a_line_with_viscous_friction_is_seen_nowhere(ur5: pi
     curve = LearnedVelocity((3,), (-0.8,), (0.8,), (1.0,))
     v = np.concatenate([-np.geomspace(0.8, 0.05, 200), np.geomspace(0.05, 0.8, 200)])
     laws = np.column_stack([2 * np.sign(v) + 5 * v, np.sign(v) * np.exp(-(((np.abs(v) - 0.08) / 0.03) ** 2))])
-    theta = np.linalg.lstsq(curve.shapes_at(ur5, v), laws, rcond=None)[0]
+    theta: NDArray[np.float64] = np.linalg.lstsq(curve.shapes_at(ur5, v), laws, rcond=None)[0].astype(np.float64)
     fast = np.array([-9.0, -1.0, 0.8, 1.0, 9.0])
     line, bump = (curve.shapes_at(ur5, fast) @ theta).T
     np.testing.assert_allclose(line[1:4], (2 * np.sign(fast) + 5 * fast)[1:4], rtol=0.03)

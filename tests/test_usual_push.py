@@ -66,6 +66,6 @@ def test_what_happens_at_other_times_too_is_no_push(tmp_path: Path, push: float,
         found = pid.diagnose_motion(pid.identify(pid.load_robot(path), runs), runs)
         contacts = [one for one in found.findings if one.effect == "contact"]
         assert push or all(one.grade != "cause" for one in contacts)
-        doubts.append([AS_ELSEWHERE in one.doubts for one in contacts if one.takes_percent > 50])
+        doubts.append([AS_ELSEWHERE in one.doubts for one in contacts if (one.takes_percent or 0.0) > 50.0])
     assert all(doubts) if push else any(doubts)
     assert not push or not any(map(any, doubts))
