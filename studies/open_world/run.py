@@ -100,9 +100,16 @@ def _kept(groups: list[int]) -> None:
             texts.append(f"{name}, set {', '.join(sets[world])}\n\n{table(worlds[world])}")
     tables = "\n\n".join(f"```\n{text}\n```" for text in (every_set(alone, NAMES), *texts))
     (Path(__file__).parent / "tables.md").write_text(TABLES + tables + "\n", encoding="utf-8")
-    headings = {world: f"{name} ({', '.join(sets[world])})" for world, name in SHORT_NAMES.items() if world in sets}
+    headings = {world: f"{name} ({_in_short(sets[world])})" for world, name in SHORT_NAMES.items() if world in sets}
     results = {"worlds": worlds, "sets": sets, "figures_of_each_set": alone}
     keep(Path(__file__).parent, results, overview(worlds, headings))
+
+
+def _in_short(sets: list[str]) -> str:
+    """Three sets or more in a row by the first and the last."""
+    numbers = [int(one) for one in sets]
+    in_a_row = len(sets) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1))
+    return f"{sets[0]} to {sets[-1]}" if in_a_row else ", ".join(sets)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
