@@ -31,6 +31,7 @@ GROWN = 3.0  # times: only a large difference is told, for a model errs more alo
 LARGER = 2.0  # times, where nothing says what is usual: structure however short it remembers
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
 AS_OWN = 1.5  # times, at most, where nothing says what is usual: half as much again is what a model errs more by where it has not been
+EXACT = 1e-3  # of a joint's torque: torque sensors and motor currents err by more, so a model that errs by less fits exact recordings
 STRUCTURED = 2.0  # times the filter's own memory: sums of autocorrelations of white noise scatter by half of it
 
 
@@ -123,7 +124,7 @@ def beside_own(
     """The same beside what a model leaves of its ``own`` recordings, where these are exact beside what a sensor would tell of
     the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion; where all are, what the
     model errs by along motions that it was not fitted to was taken off, and makes nothing usual. Noise alone may be ``louder`` times as large."""
-    sigma = np.maximum(own.rms, FINEST * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared) * louder
+    sigma = np.maximum(own.rms, EXACT * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared) * louder
     usual = [None] * len(sigma) if own.times is None or compared == 1 else own.times.tolist()
     return tuple(
         replace(one, times_own=one.rms / float(sigma[one.joint - 1]), usual_times=usual[one.joint - 1])
