@@ -16,7 +16,7 @@ from physident.recordings.load import Recordings, as_recordings
 from physident.recordings.recording import Recording, recording_count
 from physident.setup_checks.check_setup import warn_of_setup
 from physident.threads import one_thread
-from physident.validation.predictions import Predictions, predict
+from physident.validation.predictions import Predictions, predicted
 
 Array = NDArray[np.float64]
 
@@ -158,7 +158,7 @@ def scored(estimate: Estimate, recordings: Recordings, include_fitted: bool = Fa
         raise InputError("no recordings given, expected at least one that the model was not fitted to")
     if not include_fitted:
         refuse_fitted(estimate, recordings)
-    return _score(estimate, recordings, predict(estimate, recordings))
+    return _score(estimate, recordings, predicted(estimate, recordings))
 
 
 def _warn_of_setup(estimate: Estimate, recordings: Sequence[Recording]) -> None:
@@ -214,7 +214,7 @@ def compared(before: Estimate, after: Estimate, on: Recordings, include_fitted: 
     if not include_fitted:
         refuse_fitted(before, on)
         refuse_fitted(after, on)
-    first, second = predict(before, on), predict(after, on)
+    first, second = predicted(before, on), predicted(after, on)
     common = first.counted & second.counted
     return Gain(_score(before, on, first.restricted(common)), _score(after, on, second.restricted(common)))
 

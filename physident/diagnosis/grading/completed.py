@@ -26,7 +26,7 @@ from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import predictions_of
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Signals
-from physident.validation.predictions import predict
+from physident.validation.predictions import predicted
 
 CHANGED = 2.0  # times the error that a model left on its own recordings: a joint that errs more has changed
 
@@ -116,7 +116,7 @@ def _held_to(
     """The hypothesis without the effects that make the error of their joints on other recordings larger. Where a joint has changed,
     its error says nothing of what it always lacked."""
     left = predictions_of(estimate.model, own, estimate.filter).rms
-    as_before = predict(estimate, asked).rms < CHANGED * left
+    as_before = predicted(estimate, asked).rms < CHANGED * left
     told = [
         i
         for i, one in enumerate(hypothesis.accepted)

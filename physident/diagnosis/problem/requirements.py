@@ -16,7 +16,7 @@ from physident.estimation.estimate import Estimate, as_estimate
 from physident.recordings.checks import refuse_duplicates
 from physident.recordings.recording import Recording
 from physident.recordings.signals import Filter, Signals
-from physident.validation.predictions import predict
+from physident.validation.predictions import predicted
 
 CUT_OUT = 0.5  # of a holdout's samples: an arm never repeats one to the last digit of every encoder and sensor, but where it rests
 MIX = np.uint64(0x9E3779B97F4A7C15)  # odd, and half of its bits set: every bit of a sample reaches its number
@@ -108,7 +108,7 @@ def check_holdout(
         return
     _refuse_without_temperature(recordings, holdout)
     start = as_estimate(model, filter)
-    ready = predict(start, holdout)
+    ready = predicted(start, holdout)
     for index, one in enumerate(holdout):
         silent = ~ready.measured[ready.recording == index].any(axis=0)
         if silent.any():
