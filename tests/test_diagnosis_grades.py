@@ -79,8 +79,8 @@ def finding(before: float, after: float, **more: Any) -> Finding:
     return replace(made, **more)
 
 
-def grade(one: Finding, controlled: bool = False) -> str:
-    return graded(hypothesis(), [one], level(NOISE), controlled)[0].grade
+def grade(one: Finding) -> str:
+    return graded(hypothesis(), [one], level(NOISE))[0].grade
 
 
 def test_a_cause_takes_more_than_is_left_above_the_noise() -> None:
@@ -152,19 +152,30 @@ VAGUE = ParameterValue(
 )  # fmt: skip
 
 
-def test_a_value_that_may_be_the_old_one_makes_no_cause_unless_a_control_says_so() -> None:
-    one = finding(2.0, 0.5, parameters=(VAGUE,))
-    assert (grade(one), grade(one, controlled=True)) == ("contribution", "cause")
-    of = hypothesis()
-    of.problem.all_compared = True  # which the control is not asked about
-    assert graded(of, [one], level(NOISE), controlled=True)[0].grade == "contribution"
+def test_a_value_that_may_be_the_old_one_makes_no_cause() -> None:
+    sure = replace(VAGUE, change_interval95=(0.05, 0.35))
+    assert [grade(finding(2.0, 0.5, parameters=(one,))) for one in (VAGUE, sure)] == ["contribution", "cause"]
 
 
-def test_what_is_sure_of_none_of_its_values_makes_no_cause_though_a_control_says_so() -> None:
+def test_a_shape_that_is_known_makes_no_cause_of_values_that_may_all_be_zero() -> None:
+    """A time constant is never zero, whatever fades with it; of one value and its shape, either may stand for the other."""
+    coulomb, viscous = replace(VAGUE, name="coulomb"), replace(VAGUE, name="viscous")
+    shape = replace(
+        VAGUE, name="time_constant", value=9.0, change=9.0, interval95=(5.0, 16.0), change_interval95=(5.0, 16.0)
+    )
+    sure = replace(coulomb, value=1.0, change=1.0, interval95=(0.8, 1.2), change_interval95=(0.8, 1.2))
+    grades = [
+        grade(finding(2.0, 0.5, effect="warm_up", parameters=some))
+        for some in ((coulomb, viscous, shape), (sure, viscous, shape), (coulomb, shape))
+    ]
+    assert grades == ["contribution", "cause", "cause"]
+
+
+def test_what_is_sure_of_none_of_its_values_makes_no_cause() -> None:
     """A payload of no mass, no first moment and no inertia is a torque that differs, and no load."""
     sure = replace(VAGUE, name="mcx", value=1.0, change=1.0, interval95=(0.8, 1.2), change_interval95=(0.8, 1.2))
     several = [finding(2.0, 0.5, parameters=some) for some in ((VAGUE, VAGUE), (VAGUE, sure))]
-    assert [grade(one, controlled=True) for one in several] == ["contribution", "cause"]
+    assert [grade(one) for one in several] == ["contribution", "cause"]
 
 
 def test_a_contribution_that_takes_more_than_it_leaves_says_why_it_is_no_cause() -> None:

@@ -44,7 +44,7 @@ def accepted(beside: Hypothesis, *keys: tuple[str, tuple[int, ...]]) -> Hypothes
 def judged(state: Hypothesis, *doubted: tuple[str, tuple[int, ...]], evidence: Sequence[float] = (9.0, 3.0)) -> Graded:
     checks = [RivalCheck(one, gain, ()) for one, gain in zip(state.accepted, evidence, strict=False)]
     trust = {one: Trust(0.2, ("rarely found",)) for one in doubted}
-    return graded_beside_what_stays(state, checks, trust, {}, None, controlled=False)
+    return graded_beside_what_stays(state, checks, trust, {}, None)
 
 
 def test_a_cause_takes_as_much_as_without_the_hint_beside_it(beside: Hypothesis) -> None:

@@ -40,7 +40,6 @@ def graded_beside_what_stays(
     trust: Mapping[Key, Trust],
     sizes: Mapping[Key, float],
     estimate: Estimate | None,
-    controlled: bool,
     wander: Columns | None = None,
     from_currents: bool = False,
     hints: Sequence[Finding] = (),
@@ -59,7 +58,7 @@ def graded_beside_what_stays(
         found = make_findings(hypothesis, stays, uncertainty, from_currents, trust, alike)
         floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
         expected = expected_error(hypothesis, estimate, floor, unexplained, wander)
-        findings = graded(hypothesis, with_changes(found, sizes), expected, controlled, pushed_as_usual)
+        findings = graded(hypothesis, with_changes(found, sizes), expected, pushed_as_usual)
         doubtful = [finding for finding in findings if finding.grade == "hint"]
         doubted = [finding for finding in doubtful if finding.doubts != (NEEDLESS,)]
         leaving = doubted or sorted(doubtful, key=lambda finding: finding.evidence)[:1]

@@ -79,7 +79,6 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         checks,
         sizes=sizes,
         estimate=asked.estimate,
-        controlled=bool(asked.control),
         wander=wander,
         pushed_as_usual=pushed_as_usual(hypothesis, asked.estimate, asked.control_signals, are_fitted=not asked.before),
         from_currents=any(recording.effort_kind == "current" for recording in asked.recordings),

@@ -15,6 +15,7 @@ from physident.diagnosis.result.findings import Finding, Grade
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.effects.catalogue import CATALOGUE
+from physident.effects.classification import ShapeParameter
 from physident.estimation.estimate import Estimate
 
 Array = NDArray[np.float64]
@@ -79,20 +80,18 @@ def graded(
     hypothesis: Hypothesis,
     findings: Sequence[Finding],
     expected: ExpectedError,
-    controlled: bool = False,
     pushed_as_usual: Mapping[str, str] | None = None,
 ) -> tuple[Finding, ...]:
     """The findings with their grades, causes first, each in order of what it takes. Contacts in recordings that are ``pushed_as_usual``, by which reason, are hints.
 
-    An interval that holds the value from before makes a finding vague, unless it is ``controlled``: a control decides about a
-    change with more right than the new recordings alone, but not about one that a comparison shows. The level of a curve, which an offset or
-    gravity may take, makes none vague.
+    A finding none of whose values is certainly other than before is vague, whatever a control says: of several values it then is a torque that
+    differs, and not the named cause. The level of a curve, which an offset or gravity may take, makes none vague.
     """
     why = pushed_as_usual or {}
     doubted = [
         replace(f, doubts=(*f.doubts, why[f.recording])) if f.intervals and f.recording in why else f for f in findings
     ]
-    return in_order([_graded(hypothesis, finding, expected, controlled) for finding in doubted])
+    return in_order([_graded(hypothesis, finding, expected) for finding in doubted])
 
 
 def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -122,7 +121,7 @@ def single_cause(findings: Sequence[Finding], ordinary: Collection[str] = ()) ->
     )
 
 
-def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, controlled: bool) -> Finding:
+def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError) -> Finding:
     problem, sigma = hypothesis.problem, hypothesis.fit.sigma
     where = np.ones(len(sigma)) if finding.intervals else where_it_shows(hypothesis, members(hypothesis, finding))
     # errors are those of rows weighted by what their rests leave open, so the noise is too
@@ -138,21 +137,20 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError, c
         finding.intervals and not share.takes > share.leaves
     ):  # a moment that other errors spoil can still explain the whole
         share = whole
-    # a curve is known but for what other parameters take as well; its shape was proved on left-out rows
-    sized = [v for v in finding.parameters if v.std > 0 and not finding.curves]
-    holds_old = bool(sized) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
-    # a control says that one value changed; of several, none of which it is sure of, it knows the torque and not the name, and of what a
-    # comparison shows, whose interval holds the friction of the day, it says nothing
-    told_by_control = controlled and not problem.all_compared and len(sized) == 1
-    open_values, beyond = holds_old and not told_by_control, _beyond_bounds(finding, hypothesis)
+    # a curve is known but for what other parameters take as well; its shape was proved on left-out rows, and so was one value together
+    # with its shape, for which another shape and value may stand
+    named = {shape.field for shape in _shapes_of(finding)}
+    known = [v for v in finding.parameters if v.std > 0 and not finding.curves]
+    sized = [v for v in known if v.name not in named]
+    holds_old = 2 * len(sized) > len(known) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     against = {
         HALF_ITS_SHAPE: share.takes <= enough * share.leaves,
         UNSURE: finding.gain.interval95[0] <= 0 and not finding.intervals,  # no other block knows of a contact
         UNNOTICED: shown <= least,
-        BEYOND: beyond,
-        HOLDS_ZERO if problem.question == "missing" else HOLDS_OLD: open_values,
+        BEYOND: _beyond_bounds(finding, hypothesis),
+        HOLDS_ZERO if problem.question == "missing" else HOLDS_OLD: holds_old,
     }
     doubts = finding.doubts or (() if share.takes > 0 else (NEEDLESS,))
     grade: Grade = "hint" if doubts else "contribution" if any(against.values()) else "cause"
@@ -175,10 +173,16 @@ def _shown(takes: float, where: Array, weights: Array, usual: Array) -> float:
     return float(np.max(own / usual))
 
 
+def _shapes_of(finding: Finding) -> tuple[ShapeParameter, ...]:
+    """The shape parameters of a finding's effect."""
+    effect = CATALOGUE.get(finding.effect)
+    return effect.shape_parameters if effect else ()
+
+
 def _beyond_bounds(finding: Finding, hypothesis: Hypothesis) -> bool:
     """Whether the data would have a shape of every joint beyond all that is physical: another law may be what they show."""
     effect = CATALOGUE.get(finding.effect)
-    bounded = {shape.field: shape for shape in effect.shape_parameters if shape.bounded} if effect else {}
+    bounded = {shape.field: shape for shape in _shapes_of(finding) if shape.bounded}
     shapes = [v for v in finding.parameters if v.name in bounded]
     if effect is None or not shapes:
         return False
