@@ -19,6 +19,7 @@ from studies.open_world import bench, drawing, judge, sizing, trial
 from studies.open_world.background import Cable
 from studies.open_world.causes import TIERS
 from studies.open_world.drawing import drawn
+from studies.open_world.pooled import pooled
 from studies.open_world.scoring import score, score_outside, score_twin
 from studies.open_world.summary import FIGURES, figure, share, summary, table
 from studies.open_world.taken import Taken
@@ -378,6 +379,19 @@ def test_a_run_of_wrong_answers_is_a_table_of_none(
     percent = {key: found["figures"][key]["percent"] for key in FIGURES}
     wrong = {"others", "weak_wrong", "twin_false", "twin_any", "third", "outside_wrong"}
     assert percent == {key: 100.0 if key in wrong else 0.0 for key in FIGURES}
+
+
+def test_sets_that_are_pooled_are_one_set(monkeypatch: pytest.MonkeyPatch, made: Callable[[str], Known]) -> None:
+    right, wrong = (rows_of(monkeypatch, made, right=each) for each in (True, False))
+    for some in ([*right[:1], *wrong], right):  # of some strata only one of them has trials
+        assert _flat(pooled(summary(right[1:]), summary(some))) == pytest.approx(_flat(summary([*right[1:], *some])))
+
+
+def _flat(found: Any, name: str = "") -> dict[str, float]:
+    """The numbers of nested tables by their whole names."""
+    if not isinstance(found, dict):
+        return {name: found}
+    return {key: value for part in found for key, value in _flat(found[part], f"{name}/{part}").items()}
 
 
 def test_refusals_and_failures_are_rows_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:

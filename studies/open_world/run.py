@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies.open_world.bench import CACHE
 from studies.open_world.judge import Job, judge, line
 from studies.open_world.overview import every_set, overview
+from studies.open_world.pooled import pooled
 from studies.open_world.summary import summary, table
 from studies.open_world.trial import FROM, Kind
 
@@ -55,11 +56,14 @@ def main() -> None:
         metavar="SET",
         help="write results.json, tables.md and the README's table, and run nothing",
     )
+    parser.add_argument(
+        "--add", action="store_true", help="to --keep: pool these sets with those that are kept of their world"
+    )
     asked = parser.parse_args()
     rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
     rows_file.parent.mkdir(parents=True, exist_ok=True)
     if asked.keep:
-        _kept(asked.keep)
+        _kept(asked.keep, asked.add)
         return
     if not asked.resume and not asked.only:
         rows_file.unlink(missing_ok=True)
@@ -82,9 +86,9 @@ def _run(asked: argparse.Namespace, rows_file: Path) -> list[dict[str, Any]]:
     return _read(rows_file)
 
 
-def _kept(groups: list[int]) -> None:
-    """Write results.json, tables.md and the README's table from all of some sets that were run of each world; a world of which there are no rows
-    keeps its results."""
+def _kept(groups: list[int], add: bool) -> None:
+    """Write results.json, tables.md and the README's table from all of some sets that were run of each world, pooled with what is kept where they
+    ``add`` to it; a world of which there are no rows keeps its results."""
     from studies.kept import keep
 
     before = json.loads((Path(__file__).parent / "results.json").read_text(encoding="utf-8"))
@@ -93,8 +97,12 @@ def _kept(groups: list[int]) -> None:
     for world, name in NAMES.items():
         rows = {str(group): _read(CACHE / world / f"set{group}.jsonl") for group in groups}
         rows = {group: some for group, some in rows.items() if some}
+        if add and (again := set(rows) & set(sets.get(world, ()))):
+            raise SystemExit(f"set {', '.join(sorted(again))} of {name} is kept already: --keep without --add")
         if rows:
-            worlds[world], sets[world] = summary([row for some in rows.values() for row in some]), list(rows)
+            new = summary([row for some in rows.values() for row in some])
+            worlds[world] = pooled(worlds[world], new) if add and world in worlds else new
+            sets[world] = [*sets.get(world, []), *rows] if add else list(rows)
             alone[world] = {**alone.get(world, {}), **{group: summary(some)["figures"] for group, some in rows.items()}}
         if world in worlds:
             texts.append(f"{name}, set {', '.join(sets[world])}\n\n{table(worlds[world])}")

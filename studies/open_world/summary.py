@@ -91,24 +91,17 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
     """All figures of one set, overall and by stratum."""
     # a trial that ended early has no stages
     spent = [r["seconds"] for r in rows if "seconds" in r and not r.get("failed")]
-    gains = [s["gain"] for s in _seen(rows) if s["first"] and s["gain"] is not None]
     return {
         "rows": len(rows),
         "refused": share(["refused" in r for r in rows]),
         "failed": share(["failed" in r for r in rows]),
         "reasons": Counter(str(r.get("refused") or r.get("failed"))[:90] for r in rows if "refused" in r or "failed" in r),
         "figures": {key: figure(key, rows) for key in FIGURES},
-        "mean_class": _mean([s["size"] for s in _seen(rows) if s["first"]]),
-        "median_gain": float(np.median(gains)) if gains else None,
         "strata": {name: _by(name, rows) for name in STRATA},
         "effects": _by_cause(rows),
         "outside": _by_kind(rows),
         "seconds": {stage: float(np.mean([s[stage] for s in spent])) for stage in spent[0]} if spent else {},
     }  # fmt: skip
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return float(np.mean(values)) if values else None
 
 
 def _by(name: str, rows: Sequence[Row]) -> dict[str, dict[str, dict[str, float]]]:
