@@ -13,6 +13,7 @@ from physident.diagnosis.stability.reversals import LOST, loses_near_reversals
 from physident.diagnosis.stability.stability import STABLE, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.stored_products import Key
+from physident.processes import mapped
 
 
 def trust_in(
@@ -22,15 +23,16 @@ def trust_in(
     stands_for: Mapping[Key, Key] = MappingProxyType({}),
 ) -> dict[Key, Trust]:
     """The stability and the doubts of each accepted effect; it is found where the one is that it ``stands_for``."""
-    shares, result = stability_of(first, last, checks, stands_for), {}
-    for check in checks:
-        key = check.accepted.candidate.key
-        share, doubts = shares[key], []
-        if share is not None and share < STABLE:
-            doubts.append(searches_in_words(share))
-        if changes_sign(last.hypothesis, check.accepted):
-            doubts.append(OPPOSITE)
-        if loses_near_reversals(last.hypothesis, check.accepted):
-            doubts.append(LOST)
-        result[key] = Trust(share, tuple(doubts))
-    return result
+    shares = stability_of(first, last, checks, stands_for)
+
+    def doubts(check: RivalCheck) -> tuple[str, ...]:
+        share = shares[check.accepted.candidate.key]
+        found = {
+            searches_in_words(share or 0.0): share is not None and share < STABLE,
+            OPPOSITE: changes_sign(last.hypothesis, check.accepted),
+            LOST: loses_near_reversals(last.hypothesis, check.accepted),
+        }
+        return tuple(words for words, holds in found.items() if holds)
+
+    each = zip(checks, mapped(doubts, checks), strict=True)
+    return {check.accepted.candidate.key: Trust(shares[check.accepted.candidate.key], found) for check, found in each}
