@@ -13,11 +13,10 @@ Summary = Mapping[str, Any]
 def pooled(one: Summary, other: Summary) -> dict[str, Any]:
     """Two summaries as one; what only one of them counted is its own."""
     result = {key: _both(one.get(key), other.get(key)) for key in {**one, **other} if key != "seconds"}
-    rows = {id(some): some["rows"] for some in (one, other)}
-    stages = {**one["seconds"], **other["seconds"]}
+    both, n = (one, other), one["rows"] + other["rows"]
     result["seconds"] = {  # a mean over trials
-        stage: sum(some["seconds"].get(stage, 0.0) * rows[id(some)] for some in (one, other)) / sum(rows.values())
-        for stage in stages
+        stage: sum(some["seconds"].get(stage, 0.0) * some["rows"] for some in both) / n
+        for stage in {**one["seconds"], **other["seconds"]}
     }
     return result
 
@@ -29,7 +28,7 @@ def _both(one: Any, other: Any) -> Any:
     if not isinstance(one, Mapping):
         return one + other
     if {"n", "percent"} <= one.keys():
-        hits, n = (sum(f(some) for some in (one, other)) for f in (_hits, lambda some: some["n"]))
+        hits, n = _hits(one) + _hits(other), one["n"] + other["n"]
         return share([True] * hits + [False] * (n - hits))
     return {key: _both(one.get(key), other.get(key)) for key in {**one, **other}}
 

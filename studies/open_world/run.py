@@ -60,6 +60,8 @@ def main() -> None:
         "--add", action="store_true", help="to --keep: pool these sets with those that are kept of their world"
     )
     asked = parser.parse_args()
+    if asked.add and not asked.keep:
+        parser.error("--add goes with --keep, which names the sets to pool")
     rows_file = CACHE / asked.world / f"set{asked.set}.jsonl"
     rows_file.parent.mkdir(parents=True, exist_ok=True)
     if asked.keep:

@@ -139,10 +139,10 @@ def _graded(hypothesis: Hypothesis, finding: Finding, expected: ExpectedError) -
         share = whole
     # a curve is known but for what other parameters take as well; its shape was proved on left-out rows, and so was one value together
     # with its shape, for which another shape and value may stand
-    named = {shape.field for shape in _shapes_of(finding)}
+    fields = {shape.field for shape in _shapes_of(finding)}
     known = [v for v in finding.parameters if v.std > 0 and not finding.curves]
-    sized = [v for v in known if v.name not in named]
-    holds_old = 2 * len(sized) > len(known) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sized)
+    shapes, sizes = ([v for v in known if (v.name in fields) is is_shape] for is_shape in (True, False))
+    holds_old = len(sizes) > len(shapes) and all(v.change_interval95[0] < 0 < v.change_interval95[1] for v in sizes)
     least = NOTICED_WHILE if finding.intervals else NOTICED
     enough = SHAPED if problem.all_compared and not finding.intervals else 1.0
     against = {

@@ -26,13 +26,14 @@ def trust_in(
     shares = stability_of(first, last, checks, stands_for)
 
     def doubts(check: RivalCheck) -> tuple[str, ...]:
-        share = shares[check.accepted.candidate.key]
-        found = {
-            searches_in_words(share or 0.0): share is not None and share < STABLE,
-            OPPOSITE: changes_sign(last.hypothesis, check.accepted),
-            LOST: loses_near_reversals(last.hypothesis, check.accepted),
-        }
-        return tuple(words for words, holds in found.items() if holds)
+        share, found = shares[check.accepted.candidate.key], []
+        if share is not None and share < STABLE:
+            found.append(searches_in_words(share))
+        if changes_sign(last.hypothesis, check.accepted):
+            found.append(OPPOSITE)
+        if loses_near_reversals(last.hypothesis, check.accepted):
+            found.append(LOST)
+        return tuple(found)
 
     each = zip(checks, mapped(doubts, checks), strict=True)
     return {check.accepted.candidate.key: Trust(shares[check.accepted.candidate.key], found) for check, found in each}
