@@ -37,7 +37,11 @@ def hypothesis() -> Any:
     """Two joints of equal noise, whose rows all count in full."""
     full = np.ones((100, 2))
     problem = SimpleNamespace(
-        weights=full, regressor=SimpleNamespace(counted=full > 0), all_compared=False, question="different"
+        weights=full,
+        regressor=SimpleNamespace(counted=full > 0),
+        all_compared=False,
+        question="different",
+        model=SimpleNamespace(robot=None),
     )
     return cast(Any, SimpleNamespace(fit=SimpleNamespace(sigma=NOISE), problem=problem, accepted=()))
 

@@ -12,7 +12,16 @@ import pytest
 import physident as pid
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, beside_own
-from physident.diagnosis.result.findings import Finding, JointErrors, ParameterValue, Reduction, Rival, Unseen, Verdict
+from physident.diagnosis.result.findings import (
+    Finding,
+    JointErrors,
+    ParameterValue,
+    Reduction,
+    Rival,
+    Unseen,
+    UsedRecording,
+    Verdict,
+)
 from physident.diagnosis.result.text import WIDTH
 
 SILENT, INSIDE = "shows no torque", "inside what the baseline may take up"
@@ -168,6 +177,29 @@ def test_where_the_model_errs_differently_on_its_own_recordings_a_change_may_hid
         assert ("verdict: nothing has changed" in text) is not hides
         assert ("verdict: no change was found" in text) is hides
         assert ("On joint 2 a change may hide in it" in text) is hides
+
+
+@pytest.mark.parametrize(
+    ("lacks", "repeats", "outcome"),
+    [
+        (False, None, "nothing has changed"),
+        (True, None, "no change was found"),
+        (True, "old.csv", "nothing has changed"),
+    ],
+)
+def test_what_the_model_always_lacked_may_hide_a_change_unless_it_was_taken_off(
+    lacks: bool, repeats: str | None, outcome: str, diagnosis: pid.Diagnosis
+) -> None:
+    """What shows in both may be a change in disguise: viscous friction that has grown, taken for a channel that is late."""
+    late = Finding(
+        effect="torque_delay", joints=(2,), parameters=(), rivals=(), intervals=(), advice="", evidence=9.0,
+        gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), grade="cause",
+    )  # fmt: skip
+    asked = replace(diagnosis, recordings=(UsedRecording("new.csv", "", "diagnosed", repeats),), controlled=True)
+    found = replace(asked, missing_since_before=(late,) if lacks else ())
+    unnamed = replace(asked, incomplete=(2,) if lacks else ())
+    for one in (found, unnamed):
+        assert f"verdict: {outcome}" in told(one, "nothing_missing", [])
 
 
 def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:

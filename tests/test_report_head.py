@@ -116,7 +116,7 @@ def test_every_verdict_without_a_cause_says_what_to_do(folder: Path, tmp_path: P
     assert not [bars for bars in shown.all("div", "bars") if len(bars.all("i")) != 1]  # there is no extended model
 
 
-@pytest.mark.parametrize(("usual", "mark"), [(1.4, "nothing missing"), (8.0, "no change found")])
+@pytest.mark.parametrize(("usual", "mark"), [(1.4, "nothing has changed"), (8.0, "no change was found")])
 def test_no_report_is_marked_as_good_where_a_change_may_hide(
     usual: float, mark: str, folder: Path, tmp_path: Path
 ) -> None:
@@ -128,8 +128,8 @@ def test_no_report_is_marked_as_good_where_a_change_may_hide(
     saved.write_text(json.dumps(data))
     (head,) = page(saved).all("header")
     assert mark in head.text
-    assert ("cannot rule one out" in head.text) is (mark == "no change found")
-    assert ("nothing needs to be done" in head.text) is (mark == "nothing missing")
+    assert ("cannot rule one out" in head.text) is (mark == "no change was found")
+    assert ("nothing needs to be done" in head.text) is (mark == "nothing has changed")
 
 
 def test_a_contribution_alone_is_not_the_whole_answer(folder: Path, tmp_path: Path) -> None:

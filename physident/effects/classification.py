@@ -131,11 +131,11 @@ class ShapeParameter:
 
     ``field`` is the attribute of the effect that holds one value for each joint, in ``unit``. Where it is not given, it
     is searched on ``grid`` within the recordings, and then refined unless only the grid's values make sense (``discrete``).
-    Where nothing physical lies beyond the grid (``bounded``), data that prefer its last value speak of another law.
+    Where nothing physical lies beyond its last or first value (``bounded``), data that prefer that value speak of another law.
     """
 
     field: str
     unit: str
     grid: tuple[float, ...]
     discrete: bool = False
-    bounded: bool = False
+    bounded: Literal["first", "last"] | None = None

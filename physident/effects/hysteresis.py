@@ -38,7 +38,7 @@ class PreslidingHysteresis(Effect):
     shape_parameters: ClassVar = (
         # the longest is three degrees: a gear whose friction needs more to build up would be no gear
         ShapeParameter(
-            "distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05), bounded=True
+            "distance", "rad", (0.0002, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01, 0.015, 0.025, 0.05), bounded="last"
         ),
     )
     formulas: ClassVar[tuple[str, ...]] = ("z",)

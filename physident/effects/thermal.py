@@ -40,7 +40,9 @@ class WarmUp(Effect):
     family: ClassVar[Family] = Family.FRICTION
     variable: ClassVar[Variable | None] = "time"
     dry: ClassVar[bool] = True
-    shape_parameters: ClassVar = (ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0)),)
+    shape_parameters: ClassVar = (
+        ShapeParameter("time_constant", "s", (3.0, 6.0, 12.0, 30.0, 100.0, 300.0), bounded="first"),
+    )  # no gear warms within seconds
     formulas: ClassVar[tuple[str, ...]] = (
         f"{SMOOTH_SIGN_SOURCE} * np.exp(-t / {{time_constant}})",
         "v * np.exp(-t / {time_constant})",

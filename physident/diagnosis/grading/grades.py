@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.grading.members import members, weighted_rows, where_it_shows, without
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.remainder.unexplained import Unexplained
-from physident.diagnosis.result.findings import Finding, Grade
+from physident.diagnosis.result.findings import Finding, Grade, ParameterValue
 from physident.diagnosis.search.forward_search import HANDFUL
 from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.effects.catalogue import CATALOGUE
@@ -187,8 +187,12 @@ def _beyond_bounds(finding: Finding, hypothesis: Hypothesis) -> bool:
     if effect is None or not shapes:
         return False
     robot = hypothesis.problem.model.robot
-    lasts = [effect.search_grid(robot, (v.joint,), bounded[v.name])[-1] for v in shapes]
-    return all(v.at_end and v.value > 0.5 * last for v, last in zip(shapes, lasts, strict=True))
+
+    def beyond(v: ParameterValue) -> bool:
+        tried, end = effect.search_grid(robot, (v.joint,), bounded[v.name]), bounded[v.name].bounded
+        return v.at_end and (v.value > tried[-1] / 2 if end == "last" else v.value < 2 * tried[0])
+
+    return all(beyond(v) for v in shapes)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -147,6 +147,28 @@ class DiagnosisRecord:
         return tuple(sorted(hidden, key=lambda one: -(one.times_own or 0.0)))
 
     @property
+    def unchanged(self) -> bool:
+        """Whether nothing has changed, rather than that no change was found: no error of the model's own is left in which one may hide,
+        because it is as small as noise or was taken off."""
+        settled = self.compared or not (self.incomplete or self.missing_since_before)
+        return (self.question, self.verdict) == ("different", "nothing_missing") and settled and not self.may_hide
+
+    @property
+    def outcome(self) -> str:
+        """The verdict in a few words, which promise no more than the recordings show."""
+        if self.mostly_unexplained:
+            return "mostly unexplained"
+        if self.verdict == "explained" and self.wrong_baseline:
+            return "explained by more causes than these recordings can prove"
+        if self.verdict != "nothing_missing":
+            return self.verdict.replace("_", " ")
+        if parts_of(self.findings):
+            return "no main cause"
+        if self.question != "different":
+            return "nothing is missing"
+        return "nothing has changed" if self.unchanged else "no change was found"
+
+    @property
     def causes(self) -> tuple[Finding, ...]:
         """The findings that are causes, in the order of their evidence."""
         return tuple(f for f in self.findings if f.grade == "cause")

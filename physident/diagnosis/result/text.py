@@ -74,15 +74,8 @@ def wrapped(row: str) -> list[str]:
 
 
 def _verdict(d: DiagnosisRecord) -> str:
-    name = "mostly unexplained" if d.mostly_unexplained else d.verdict.replace("_", " ")
-    if d.verdict == "nothing_missing":
-        changed = "no change was found" if d.may_hide else "nothing has changed"
-        nothing = changed if d.question == "different" else "nothing is missing"
-        name = "no main cause" if parts_of(d.findings) else nothing
-    if d.verdict == "explained" and d.wrong_baseline:
-        name = "explained by more causes than these recordings can prove"
     doubt = f"; {SET_UP_FIRST}" if d.warnings and d.causes else ""
-    return f"{name}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}{doubt}"
+    return f"{d.outcome}: {d.remainder[0].lower()}{d.remainder[1:].removesuffix('.')}{doubt}"
 
 
 def _answer(d: DiagnosisRecord) -> str:

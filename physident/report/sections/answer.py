@@ -14,6 +14,7 @@ from physident.diagnosis.result.wording import (
     cause,
     incomplete_words,
     listed,
+    parts_of,
     placebos_in_words,
     wrong_unseen_sentence,
 )
@@ -23,20 +24,14 @@ from physident.report.reread import Reread
 from physident.report.sections.arm import arm_picture
 from physident.report.sections.practice import OLD, UNCHANGED, UNSETTLED, WITHOUT_CAUSE, practice
 
-MARKS = {
-    "explained": "explained",
-    "partly_explained": "partly explained",
-    "nothing_missing": "nothing missing",
-    "unexplained": "unexplained",
-}
+GOOD = ("explained", "nothing has changed", "nothing is missing")  # outcomes that ask for nothing
 WORSE = 1.0  # %: a smaller rise is not mentioned
 
 
 def answer(c: DiagnosisRecord, recordings: Sequence[Reread], day: date) -> Markup:
     """The head of the page: the answer in words, what to do, and the arm with the joints of each cause."""
-    mark = tag("b", "mostly unexplained" if c.mostly_unexplained else MARKS[c.verdict], class_=c.verdict)
-    if c.may_hide:  # what cannot be ruled out is not marked as good
-        mark = tag("b", "no change found", class_="partly_explained")
+    doubtful = c.verdict != "unexplained" and c.outcome not in GOOD  # it is not marked as good
+    mark = tag("b", c.outcome, class_="partly_explained" if doubtful else c.verdict)
     text = tag(
         "div",
         tag("p", f"Diagnosis of {c.model.robot.name}, {day.day} {day:%B %Y}", " ", mark, class_="mark"),
@@ -58,10 +53,11 @@ def _practice(c: DiagnosisRecord) -> list[Markup]:
         )
         return [tag("p", f"Look at {joints}{when}{far}.", class_="practice")]
     if not c.causes:
-        if c.verdict == "nothing_missing" and c.question == "different":
-            said = UNSETTLED if c.may_hide else UNCHANGED
+        lesser = bool(parts_of(c.findings))
+        if c.verdict == "nothing_missing" and c.question == "different" and not lesser:
+            said = UNCHANGED if c.unchanged else UNSETTLED
             return [tag("p", said, OLD if c.missing_since_before else "", class_="practice")]
-        said = WITHOUT_CAUSE["partly_explained" if c.mostly_unexplained else c.verdict]
+        said = WITHOUT_CAUSE["partly_explained" if lesser else c.verdict]
         return [tag("p", said, class_="practice")]
     items = [
         tag(
