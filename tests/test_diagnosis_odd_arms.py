@@ -78,7 +78,8 @@ def test_a_planar_arm_does_not_feel_a_push_across_its_plane(tmp_path: Path) -> N
     assert np.sum(1 - state.left_to_prior(0)) == pytest.approx(2 * 2, abs=0.05)
     told = parameter_values(state, push, uncertainty_of(state))
     assert {value.name for value in told} == {"Fx_5s", "Fz_5s", "Fx_5.5s", "Fz_5.5s"}
-    assert "has another force. The arm does not feel Fy. The strongest push is" in values_in_words(state, [push])
+    said = values_in_words(state, [push], uncertainty_of(state))
+    assert "has another force. The arm does not feel Fy. The strongest push is" in said
 
 
 LIFT = (

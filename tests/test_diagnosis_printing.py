@@ -11,7 +11,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.remainder.own_error import OwnError
-from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, beside_own
+from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, beside_own, large_as_usual
 from physident.diagnosis.result.findings import (
     Finding,
     JointErrors,
@@ -200,6 +200,21 @@ def test_what_the_model_always_lacked_may_hide_a_change_unless_it_was_taken_off(
     unnamed = replace(asked, incomplete=(2,) if lacks else ())
     for one in (found, unnamed):
         assert f"verdict: {outcome}" in told(one, "nothing_missing", [])
+
+
+def test_no_verdict_calls_an_error_small_that_is_only_usual(diagnosis: pid.Diagnosis) -> None:
+    """A model that errs by 30 times as much elsewhere makes 20 times usual: that is not as large as on its own recordings."""
+    own = OwnError(rms=np.array([0.05, 0.8]), times=np.array([30.0, 1.4]), period=0.01)
+    beside = beside_own([remainder(1), remainder(2)], own, np.ones((4, 2)), 0.0, 1.0)
+    assert [one.joint for one in large_as_usual(beside, None)] == [1]
+    assert large_as_usual(beside, np.ones(2)) == ()
+    outcomes: dict[Verdict, str] = {"nothing_missing": "no change was found", "partly_explained": "partly explained"}
+    for verdict, outcome in outcomes.items():
+        text = told(diagnosis, verdict, beside)
+        assert f"verdict: {outcome}" in text
+        assert "no larger than is usual for this model" in text
+        assert "20.0 times what the model leaves on its own recordings, and up to 30.0 times is usual" in text
+        assert "as large as on the model's own recordings" not in text
 
 
 def test_a_joint_that_errs_more_has_changed_however_short_its_residual_remembers() -> None:

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from physident.diagnosis.result.wording import curves_in_brief, headline, in_words, listed, numbered, remainder_sentence
+from physident.diagnosis.remainder.in_words import remainder_sentence
+from physident.diagnosis.result.wording import curves_in_brief, headline, in_words, listed, numbered
 from physident.report.chart import BINS, HEIGHT, WIDTH, Line, line_chart, ticks
 from physident.report.markup import joined, tag
 from physident.report.numbers import number, percent, quantity
@@ -166,15 +167,14 @@ def test_what_a_cause_may_also_be_is_said_in_the_headline() -> None:
 def test_what_is_left_is_said_beside_what_it_was_left_of() -> None:
     part: Any = SimpleNamespace(grade="contribution", intervals=(), gain=SimpleNamespace(interval95=(1, 2)))
     plain, old, compared = (
-        remainder_sentence("nothing_missing", (), *how, as_own=False)
-        for how in ((False, False), (True, False), (False, True))
+        remainder_sentence("nothing_missing", (), *how) for how in ((False, False), (True, False), (False, True))
     )
     assert plain == "No effect of the catalogue beats chance, and the remaining residual is noise."
     assert "lacked before" in old
     assert "comparison" in compared
-    assert remainder_sentence("nothing_missing", [part], True, False, False) == "The remaining residual is noise."
-    assert "comparison" in remainder_sentence("explained", (), False, True, False)
-    alone, beside = (remainder_sentence("unexplained", some, False, False, False) for some in ((), [part]))
+    assert remainder_sentence("nothing_missing", [part], True, False) == "The remaining residual is noise."
+    assert "comparison" in remainder_sentence("explained", (), False, True)
+    alone, beside = (remainder_sentence("unexplained", some, False, False) for some in ((), [part]))
     assert "beside it" in beside
     assert "beside it" not in alone
 

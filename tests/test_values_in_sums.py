@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -48,10 +51,34 @@ def test_the_numbers_of_a_link_are_told_where_a_motion_shows_them(state: Hypothe
     (accepted,) = found.accepted
     alone, in_sums = by_pinocchio(robot, link)
     assert {v.name for v in parameter_values(found, accepted, uncertainty_of(found))} == alone
-    sentence = values_in_words(found, [accepted])
+    sentence = values_in_words(found, [accepted], uncertainty_of(found))
     assert bool(in_sums) == ("only in sums" in sentence)
     if in_sums:
         assert set(sentence.split("show ")[1].split(" of joint")[0].replace(" and ", ", ").split(", ")) == in_sums
+
+
+@pytest.mark.parametrize("share", [0.0, 0.06])
+def test_of_shares_only_those_are_said_that_are_certain(
+    share: float, ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """A channel that shows a part of joint 2's torque shows nothing of the other joints', and their shares are not exactly zero."""
+    leaking = []
+    for run in healthy_runs[:3]:
+        effort = run.effort.copy()
+        effort[:, 0] += share * effort[:, 1]
+        leaking.append(replace(run, effort=effort))
+    state = opened(ur5, leaking)
+    (one,) = (c for c in state.problem.candidates if c.key == ("torque_crosstalk", (1,)))
+    effect = one.options[0].effect
+    assert effect is not None
+    found = state_hypothesis(state.problem, [AcceptedEffect(one, effect)], state.problem.model)
+    values = parameter_values(found, found.accepted[0], uncertainty_of(found))
+    certain = {v.name.removeprefix("share_of_joint") for v in values if v.interval95[0] * v.interval95[1] > 0}
+    said = values_in_words(found, list(found.accepted), uncertainty_of(found))
+    assert len(certain) < len(values) == ur5.n - 1
+    assert set(re.findall(r"what joint (\d) carries", said)) <= certain
+    if share:
+        assert said == "The torque reading of joint 1 also shows 6 % of what joint 2 carries."
 
 
 def test_a_sum_is_decided_where_its_parts_are_not() -> None:

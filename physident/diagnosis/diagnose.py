@@ -10,7 +10,7 @@ from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
 from physident.diagnosis.judged import Judged, as_hints, judge
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.remainder.unexplained import above_noise_floor, incomplete_joints
+from physident.diagnosis.remainder.unexplained import above_noise_floor, incomplete_joints, large_as_usual
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import beyond_noise, errors_before_and_after, refutes
 from physident.diagnosis.result.extended_estimate import extended_estimate
@@ -111,6 +111,8 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: Searched, judged:
         judged, extended = as_hints(judged), None
     causes = any(finding.grade == "cause" for finding in judged.findings)
     left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
+    if causes:  # of what is large, though that is usual, nobody knows that it is noise
+        left = left or bool(large_as_usual(judged.unexplained, judged.noise_floor))
     wrong_unseen = (
         beyond_noise(
             extended or asked.original,

@@ -70,6 +70,7 @@ class TorqueCrosstalk(Effect):
     family: ClassVar[Family] = Family.MEASUREMENT
     acts_on: ClassVar = "measurement"
     needs_model: ClassVar[bool] = True
+    one_by_one: ClassVar[bool] = True
     needs_torque_sensor: ClassVar[bool] = True
     signature: ClassVar[str] = "a share of another joint's torque, also while this joint rests"
     mistaken_for: ClassVar[str] = "coupled_friction: that acts on both joints and follows their speed"

@@ -83,7 +83,7 @@ def with_values(hypothesis: Hypothesis, findings: Sequence[Finding], uncertainty
             (hypothesis.accepted[i] for i in members(hypothesis, finding)), key=lambda a: a.candidate.joints
         )
         values = tuple(v for one in accepted for v in parameter_values(hypothesis, one, uncertainty))
-        words = values_in_words(hypothesis, accepted)
+        words = values_in_words(hypothesis, accepted, uncertainty)
         result.append(replace(finding, parameters=values, in_words=words) if values else finding)
     return tuple(result)
 

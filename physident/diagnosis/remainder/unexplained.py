@@ -148,6 +148,15 @@ def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | N
     return tuple(filter(is_more, unexplained))
 
 
+def large_as_usual(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:
+    """The joints whose residual is no larger than usual, but only because the model errs by several times as much elsewhere, too: it may hold
+    more than noise, and no recording tells."""
+    floor = np.zeros(len(unexplained)) if noise_floor is None else AT_FLOOR * noise_floor
+    return tuple(
+        one for one in unexplained if one.as_own and (one.times_own or 0.0) > LARGER and one.rms > floor[one.joint - 1]
+    )
+
+
 def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     """The residual of each joint of a fitted state."""
     regressor, residual = hypothesis.data.regressor, hypothesis.residual

@@ -91,7 +91,7 @@ def _finding(
         evidence=float(sum(check.gain for check in group)),
         threshold=sum(least) if len(least) == len(group) else None,
         recording=getattr(accepted[0].effect, "recording", ""),
-        in_words=values_in_words(hypothesis, accepted),
+        in_words=values_in_words(hypothesis, accepted, uncertainty),
         curves=tuple(band for band in bands if band is not None),
         stability=min(shares) if shares else None,
         doubts=tuple(dict.fromkeys(doubt for one in known for doubt in one.doubts)),

@@ -10,18 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.question import Question
-from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor
+from physident.diagnosis.remainder.in_words import (
+    as_before_sentence,
+    grown_sentence,
+    hidden_sentence,
+    remainder_sentence,
+)
+from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, large_as_usual
 from physident.diagnosis.result.advice import design_command, other_rival
 from physident.diagnosis.result.findings import Finding, JointErrors, Placebo, Rival, Unseen, UsedRecording, Verdict
 from physident.diagnosis.result.simulated import Simulated
 from physident.diagnosis.result.wording import (
     Asked,
-    as_before_sentence,
-    grown_sentence,
     headline,
-    hidden_sentence,
     parts_of,
-    remainder_sentence,
     wrong_baseline_sentence,
 )
 from physident.dynamics.model import Model
@@ -125,7 +127,8 @@ class DiagnosisRecord:
     def remainder(self) -> str:
         """What is left beside what was found, in one sentence."""
         old = bool(self.missing_since_before)
-        said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own))
+        large = () if self.structured else self.large_as_usual
+        said = remainder_sentence(self.verdict, self.findings, old, self.compared, bool(self.as_own), large)
         own = [one for one in self.structured if one.times_own is not None]
         as_before = self.verdict == "unexplained" and own and not self.grown and not self.mostly_unexplained
         if as_before:
@@ -207,6 +210,11 @@ class DiagnosisRecord:
     def as_own(self) -> tuple[Unexplained, ...]:
         """The joints whose residual is no noise, but no larger than on the model's own recordings."""
         return tuple(one for one in self.unexplained if one.as_own)
+
+    @property
+    def large_as_usual(self) -> tuple[Unexplained, ...]:
+        """The joints whose residual is several times as large as on the model's own recordings, as is usual for this model."""
+        return large_as_usual(self.unexplained, self.noise_floor)
 
     @property
     def structured(self) -> tuple[Unexplained, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
+from physident.diagnosis.remainder.in_words import grown_in_words, no_structure_words, times_own_in_brackets
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
@@ -12,17 +13,14 @@ from physident.diagnosis.result.wording import (
     MOTORS_UNKNOWN,
     SET_UP_FIRST,
     curves_in_brief,
-    grown_in_words,
     incomplete_words,
     names_of,
-    no_structure_words,
     one_of,
     parts_of,
     placebos_in_words,
     repeats_in_words,
     searches_in_words,
     sense_in_words,
-    times_own_in_brackets,
     with_joints,
     wrong_unseen_sentence,
 )
@@ -257,11 +255,13 @@ def _unexplained(d: DiagnosisRecord) -> list[str]:
     unseen = [wrong_unseen_sentence(d.wrong_unseen)] if d.wrong_unseen else []
     of_diagnosed = "of the diagnosed recordings themselves" if unseen else "unexplained"
     head = (
-        "unexplained structure in the residual:" if d.structured else f"{of_diagnosed}: {no_structure_words(d.as_own)}"
+        "unexplained structure in the residual:"
+        if d.structured
+        else f"{of_diagnosed}: {no_structure_words(d.as_own, d.large_as_usual)}"
     )
     return [*unseen, head] + [
         f"  joint {r.joint}: RMS {r.rms:.3g} {d.model.robot.torque_units[r.joint - 1]}{times_own_in_brackets(r)}, lag-1 correlation {r.lag_one:.2f}, memory {r.memory:.2g} s; {r.description}"
-        for r in d.structured or d.may_hide
+        for r in d.structured or d.may_hide or d.large_as_usual
     ]
 
 

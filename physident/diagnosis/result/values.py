@@ -72,8 +72,9 @@ def parameter_values(
     )
 
 
-def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) -> str:
-    """What the effects' values mean in the extended model; empty where names, numbers and units say it."""
+def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect], uncertainty: Uncertainty) -> str:
+    """What the effects' values mean in the extended model; empty where names, numbers and units say it. Of values that mean something each by
+    itself, those that may be zero are left out."""
     model, sentences = hypothesis.extension.model, []
     for one in accepted:
         at = hypothesis.accepted.index(one)
@@ -81,6 +82,8 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
             sentences.append(f"{curve_in_words(hypothesis, one, one.effect)}; {nearest_law(hypothesis, one)}")
         else:
             theta = model.theta[hypothesis.extension.places[at]]
+            if one.effect.one_by_one:
+                theta = theta * _are_certain(hypothesis, one, uncertainty)
             sentences.append(one.effect.change_in_words(model.robot, theta, theta - hypothesis.effect_values[at]))
             if one.effect.dry and not one.effect.pointwise:
                 sentences += [_all_dry_friction(model, j) for j in one.effect.active(model.robot)]
@@ -90,6 +93,14 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect]) 
             sentences.append(f"The arm does not feel {' or '.join(never)}." if never else "")
     sentences.append(strongest_push(hypothesis, accepted))
     return " ".join(filter(None, dict.fromkeys(sentences)))  # two contacts say the same
+
+
+def _are_certain(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> NDArray[np.bool_]:
+    """Which parameters (k,) of an accepted effect are certainly not zero."""
+    values = parameter_values(hypothesis, accepted, uncertainty)
+    certain = {(v.name, v.joint) for v in values if not v.interval95[0] <= 0 <= v.interval95[1]}
+    columns = accepted.effect.columns(hypothesis.problem.model.robot)
+    return np.array([(_short(column.name, accepted.effect.name), column.joint) in certain for column in columns])
 
 
 def _only_in_sums(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:

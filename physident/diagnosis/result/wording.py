@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal
 
 from physident.diagnosis.problem.question import Question
-from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import SEARCHES, Finding, UsedRecording, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
@@ -153,23 +152,6 @@ def listed(items: Sequence[object]) -> str:
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
 
 
-def remainder_sentence(verdict: Verdict, findings: Sequence[Finding], old: bool, compared: bool, as_own: bool) -> str:
-    """What is left beside the ``findings``: of a comparison with motions from before, where all recordings are ``compared``, and beside what
-    the model always lacked, where an ``old`` finding was told apart; ``as_own``, it remembers, but is as large as on the model's own recordings."""
-    left = "What is left of the comparison with motions from before" if compared else "The remaining residual"
-    noise = "as large as on the model's own recordings" if as_own else "noise"
-    if verdict == "partly_explained":
-        return "Some structure in the residual matches no effect of the catalogue."
-    if verdict == "unexplained":
-        what = "What is left beside it" if parts_of(findings) else "The residual"
-        return f"{what} has structure that no effect of the catalogue predicts on unseen data."
-    if verdict == "explained" or parts_of(findings):
-        return f"{left} is {noise}."
-    if old:
-        return f"No change beats chance, and beside what the model lacked before the residual is {noise}."
-    return f"No {'change' if compared else 'effect of the catalogue'} beats chance, and {left[0].lower()}{left[1:]} is {noise}."
-
-
 def parts_of(findings: Sequence[Finding]) -> list[Finding]:
     """The contributions, where no finding is a cause: proved, and not the most of any joint's error. What left-out rows may be predicted as
     well without is not proved; no other row knows of a contact."""
@@ -189,55 +171,6 @@ def headline(asked: Asked, verdict: Verdict, findings: Sequence[Finding]) -> str
     if verdict == "nothing_missing":
         return f"Nothing is {NOT_FOUND[asked]}, as far as these recordings can tell."
     return f"These recordings prove nothing that is {NOT_FOUND[asked]}, and do not rule it out: the residual has structure."
-
-
-def grown_sentence(grown: Sequence[Unexplained]) -> str:
-    """Which joints err by how much more than on the model's own recordings; empty where none does."""
-    if not grown:
-        return ""
-    words = grown_in_words(grown)
-    return f"{words[0].upper()}{words[1:]}, and nothing that was found describes it."
-
-
-def no_structure_words(as_own: Sequence[Unexplained]) -> str:
-    """Why a residual says nothing more: it is noise, or, on some joints, ``as_own``, as large as on the model's own recordings."""
-    if not as_own:
-        return "noise; the residual has no more memory than filtered noise, or lies within the noise floor"
-    where = f"joint{'s' if len(as_own) > 1 else ''} {numbered([one.joint for one in as_own])}"
-    return f"no more than before; on {where} it is {_times_own(as_own)}"
-
-
-def hidden_sentence(left: Sequence[Unexplained]) -> str:
-    """That a change may hide in what is left of some joints, and what would show it."""
-    where = f"joint{'s' if len(left) > 1 else ''} {numbered(sorted(one.joint for one in left))}"
-    return (
-        f"On {where} a change may hide in it, because the model errs so differently on its own recordings: repeat a motion of theirs, or"
-        " identify from more of them."
-    )
-
-
-def as_before_sentence(left: Sequence[Unexplained]) -> str:
-    """How large what is left is beside what a model leaves on its own recordings."""
-    return f"It is {_times_own(left)}."
-
-
-def _times_own(left: Sequence[Unexplained]) -> str:
-    """How many times what the model leaves on its own recordings, and what is usual."""
-    usual = [one.usual_times for one in left if one.usual_times is not None]
-    most = f", and up to {max(usual):.1f} times is usual" if usual else ""
-    low, high = (f"{one(x.times_own or 0.0 for x in left):.1f}" for one in (min, max))
-    return f"{low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings{most}"
-
-
-def grown_in_words(grown: Sequence[Unexplained]) -> str:
-    """Joints and by how many times they err more than on the model's own recordings."""
-    texts = [f"joint {one.joint} errs {one.times_own or 0:.2g} times" for one in grown]
-    return f"{listed(texts)} as much as on the model's own recordings"
-
-
-def times_own_in_brackets(left: Unexplained) -> str:
-    """How many times as large as before a residual is, in brackets; empty where that is not asked."""
-    return f" ({left.times_own:.2g} times that of the model's own recordings)" if left.times_own else ""
 
 
 def placebos_in_words(findings: Sequence[Finding], weak: Sequence[Finding]) -> str:

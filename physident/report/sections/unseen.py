@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
+from physident.diagnosis.remainder.in_words import no_structure_words
 from physident.diagnosis.result.findings import UnseenReason
 from physident.diagnosis.result.record import DiagnosisRecord
-from physident.diagnosis.result.wording import incomplete_words, no_structure_words, numbered
+from physident.diagnosis.result.wording import incomplete_words, numbered
 from physident.effects.catalogue import effect_label, effect_scope
 from physident.report.markup import joined, table, tag
 from physident.report.numbers import SPACE, number, quantity
@@ -88,8 +89,8 @@ def _incomplete(c: DiagnosisRecord) -> list[Markup]:
 
 
 def _remainder(c: DiagnosisRecord) -> list[Markup]:
-    left = c.structured or c.may_hide
-    as_own = [] if c.structured else [tag("p", f"Unexplained: {no_structure_words(c.as_own)}.")]
+    left = c.structured or c.may_hide or c.large_as_usual
+    as_own = [] if c.structured else [tag("p", f"Unexplained: {no_structure_words(c.as_own, c.large_as_usual)}.")]
     if not left:
         return as_own
     units = c.model.robot.torque_units
