@@ -55,6 +55,20 @@ def test_noise_of_one_size_has_no_burst_and_what_is_large_all_along_is_none() ->
     assert bursts_of(half, time, recording, NAMES, worth) == ()
 
 
+def test_what_is_more_than_friction_holds_is_no_joint_that_stands() -> None:
+    """Most rows of the time are calm, and most of its power is not."""
+    time, recording = rows()
+    standing = (recording == 1) & (time >= 9.0) & (time < 12.0)
+    residual = np.where(standing, 5.0, 1.0) * noise(0)
+    worth = len(time) / REMEMBERED
+    for level, rests in ((50.0, True), (4.0, False)):
+        held = standing & (np.abs(residual) <= level)
+        assert held[standing].mean() > 0.5
+        (found,) = bursts_of(residual, time, recording, NAMES, worth, held)
+        assert found.at_rest is rests
+        assert ("friction of any size" in bursts_in_words((found,))) is rests
+
+
 @pytest.mark.parametrize("second", [20.0, 8.0])
 def test_every_time_that_differs_is_told_and_a_lesser_share_is_not(second: float) -> None:
     """Two pushes in one recording, and a brake that drags for a third of the other."""

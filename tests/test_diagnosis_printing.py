@@ -202,6 +202,24 @@ def test_what_the_model_always_lacked_may_hide_a_change_unless_it_was_taken_off(
         assert f"verdict: {outcome}" in told(one, "nothing_missing", [])
 
 
+def test_what_differs_without_proof_is_not_said_to_have_been_missing(diagnosis: pid.Diagnosis) -> None:
+    """Of what the model has, another value; of what it lacks, the value."""
+    new = ParameterValue(
+        name="stribeck_friction", joint=3, value=2.0, change=2.0, std=0.1, interval95=(1.8, 2.2), change_interval95=(1.8, 2.2),
+        unit="N m",
+    )  # fmt: skip
+    lacked = Finding(
+        effect="stribeck_friction", joints=(3,), parameters=(new,), rivals=(), intervals=(), advice="", evidence=9.0,
+        gain=Reduction(rms_before=1.0, rms_after=0.9, reduction_percent=10.0, interval95=(5.0, 15.0)), grade="cause",
+    )  # fmt: skip
+    other = replace(lacked, parameters=(replace(new, change=0.4, change_interval95=(0.2, 0.6)),))
+    rows = sentences(replace(diagnosis, missing_since_before=(other, lacked), controlled=True))
+    heads = [row for row in rows if row.endswith("differ by as much:")]
+    assert [head.split(",")[0] for head in heads] == ["missing since before", "different here"]
+    assert "changed by" not in rows[rows.index(heads[0]) + 1]
+    assert "changed by +0.4 N m [0.2, 0.6] to 2" in rows[rows.index(heads[1]) + 1]
+
+
 def test_no_verdict_calls_an_error_small_that_is_only_usual(diagnosis: pid.Diagnosis) -> None:
     """A model that errs by 30 times as much elsewhere makes 20 times usual: that is not as large as on its own recordings."""
     own = OwnError(rms=np.array([0.05, 0.8]), times=np.array([30.0, 1.4]), period=0.01)

@@ -13,7 +13,7 @@ from physident.diagnosis.problem.problem import state_problem
 from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.result.values import _shapes
 from physident.diagnosis.rivals.rivals import check_rivals
-from physident.diagnosis.rivals.same_torque import _Span
+from physident.diagnosis.rivals.same_torque import Span
 from physident.diagnosis.search import acceptance, forward_search
 from physident.diagnosis.search.acceptance import choose_candidate
 from physident.diagnosis.search.candidate_scores import score_candidates
@@ -148,4 +148,4 @@ def test_an_effect_that_is_missing_on_one_joint_makes_another_torque(before_it: 
     rng = np.random.default_rng(2)
     weight = np.column_stack([before_it * rng.standard_normal(400), np.full(400, 30.0)]).ravel()
     offset = np.column_stack([np.zeros(400), np.ones(400)]).reshape(-1, 1)
-    assert _Span.of(offset).makes(weight, 2, 2) is same
+    assert Span.of(offset).makes(weight, 2, 2) is same

@@ -56,3 +56,32 @@ def test_no_answer_is_drawn_from_a_wrong_set_up(
             assert says in out.err
             assert out.out == ""
     assert _ends(model, healthy, "everything") == 2
+
+
+def test_a_change_is_no_answer_where_nobody_knows_what_was_before(
+    ur5: pid.Robot, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The model without the recordings that it was fitted to, or a holdout of the arm as it was: what was found is told, and no job passes."""
+    healthy = _recording(ur5, 3, 0.2)
+    assert healthy.dq is not None
+    more = 6.0 * healthy.dq * (np.arange(6) == 2)  # viscous friction of joint 3
+    changed, old = _csv(replace(healthy, effort=healthy.effort + more), tmp_path / "changed.csv"), tmp_path / "old.csv"
+    _csv(_recording(ur5, 4, 0.2), old)
+    alone, lost = (
+        tmp_path / "alone.json",
+        [_csv(_recording(ur5, seed, 0.2), tmp_path / f"{seed}.csv") for seed in (1, 2)],
+    )
+    assert run(["identify", *map(str, lost), "--robot", "ur5", "--out", str(alone)]) == 0
+    for one in lost:
+        one.unlink()
+    held = ["--model", str(model), "--holdout", str(old)]
+    for options, says, told in (
+        (["--model", str(alone)], "not at hand", "or was missing from it already: viscous_friction (joint 3)"),
+        (held, "recorded before the change", "nothing that these recordings can prove"),
+    ):
+        capsys.readouterr()
+        assert run(["diagnose", str(changed), *options, "--fail-on", "cause"]) == 2
+        out = capsys.readouterr()
+        assert says in " ".join(out.err.split())
+        assert told in " ".join(out.out.split())
+    assert run(["diagnose", "--model", str(model), str(changed), "--fail-on", "cause"]) == 4

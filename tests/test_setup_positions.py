@@ -50,3 +50,21 @@ def test_an_encoder_that_is_frozen_and_a_joint_that_is_held(ur5: pid.Robot, runs
         )
 
     assert "position_frozen" not in [kind for kind, _ in kinds(ur5, each(runs, hold))]
+
+
+def test_a_velocity_that_goes_on_beside_a_frozen_position(ur5: pid.Robot, runs: Runs) -> None:
+    """Without a description, too; the noise of a joint that is held goes nowhere."""
+    stands, rng = np.arange(6) == 2, np.random.default_rng(6)
+    frozen = each(runs, lambda r: replace(r, q=np.where(stands, 0.3, r.q)))
+    held = each(
+        runs,
+        lambda r: replace(
+            r,
+            q=np.where(stands, 0.3, r.q),
+            dq=np.where(stands, 0.02 * rng.standard_normal(r.q.shape) + 0.01, np.asarray(r.dq)),
+        ),
+    )
+    for robot in (ur5, None):
+        (found,) = pid.check_setup(robot, frozen)
+        assert (found.kind, found.joints, found.void) == ("position_frozen", (3,), True)
+    assert pid.check_setup(None, held) == ()

@@ -8,8 +8,10 @@ from dataclasses import replace
 from physident.diagnosis.asked import Asked, ask, listed
 from physident.diagnosis.at_rest.at_rest import diagnose_at_rest, is_at_rest
 from physident.diagnosis.at_rest.poses import AtRest
+from physident.diagnosis.grading.holdout import from_before
 from physident.diagnosis.judged import Judged, as_hints, judge
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.remainder.standing_still import frozen_words
 from physident.diagnosis.remainder.unexplained import above_noise_floor, incomplete_joints, large_as_usual
 from physident.diagnosis.result.diagnosis import Diagnosis
 from physident.diagnosis.result.errors import beyond_noise, errors_before_and_after, refutes
@@ -109,6 +111,16 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: Searched, judged:
     if refuted:
         warn(refuted)
         judged, extended = as_hints(judged), None
+    warnings = [*asked.warnings, *([refuted] if refuted else [])]
+    if changed and not refuted:
+        own = changed.sigma if asked.own_error is None else asked.own_error.rms
+        said = (
+            from_before(judged.findings, error_before, own) if holdout else "",
+            frozen_words(asked.recordings, judged.unexplained),
+        )
+        for text in filter(None, said):
+            warn(text)
+            warnings.append(text)
     causes = any(finding.grade == "cause" for finding in judged.findings)
     left = bool(above_noise_floor(judged.unexplained, judged.noise_floor))
     if causes:  # of what is large, though that is usual, nobody knows that it is noise
@@ -152,7 +164,7 @@ def _answer(asked: Asked, problem: DiagnosisProblem, searched: Searched, judged:
         seed=asked.seed,
         incomplete=incomplete_joints(changed, judged.unexplained) if changed and not problem.all_compared else (),
         recording_offsets=asked.recording_offsets,
-        warnings=(*asked.warnings, *([refuted] if refuted else [])),
+        warnings=tuple(warnings),
         model_file=asked.original.path,
     )
 

@@ -24,7 +24,7 @@ from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.rivals import check_every_rival
-from physident.diagnosis.rivals.same_torque import whole_friction
+from physident.diagnosis.rivals.whole_friction import whole_friction
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.forward_search import without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis

@@ -58,7 +58,6 @@ class Effect(ABC):
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     origin_sha256: ClassVar[str] = ""  # of that file
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
-    one_by_one: ClassVar[bool] = False  # each parameter means something by itself: one that may be zero is not told
     within_model: ClassVar[bool] = False  # it changes what every model has, so that a refitted one takes it up
     # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
     # measurement's effects), time ``t``, state ``z`` and {field}s; ``advance`` is z after a step ``dt`` at the velocity v
@@ -141,6 +140,8 @@ class Effect(ABC):
     def change_in_words(self, robot: Robot, theta: Array, before: Array) -> str:
         """The same where a model had ``before`` (k,), zero where it had none; by default what they mean now."""
         return self.in_words(robot, theta)
+
+    # shape parameters and their search
 
     def shape_values(self, robot: Robot, field: str) -> Array:
         """Values (k,) of a shape parameter for the joints it acts on; raises InputError where they are not given."""

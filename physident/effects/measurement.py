@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Family, Scope, Variable, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
+from physident.effects.one_by_one import OneByOne
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -57,7 +58,7 @@ def _gain_in_words(joint: int, k: float) -> str:
 
 
 @dataclass(frozen=True)
-class TorqueCrosstalk(Effect):
+class TorqueCrosstalk(OneByOne):
     """tau_j = tau_m_j + sum over i != j of k_ji tau_m_i: the torque channel of a joint shows a share of what other joints carry.
 
     tau_m is the model's torque without measurement effects. A sensor in a joint feels the bending that the torques about other axes
@@ -70,7 +71,6 @@ class TorqueCrosstalk(Effect):
     family: ClassVar[Family] = Family.MEASUREMENT
     acts_on: ClassVar = "measurement"
     needs_model: ClassVar[bool] = True
-    one_by_one: ClassVar[bool] = True
     needs_torque_sensor: ClassVar[bool] = True
     signature: ClassVar[str] = "a share of another joint's torque, also while this joint rests"
     mistaken_for: ClassVar[str] = "coupled_friction: that acts on both joints and follows their speed"
@@ -95,10 +95,10 @@ class TorqueCrosstalk(Effect):
     def numpy_source(self, robot: Robot, theta: Array) -> str:
         return f"motor @ {array_source(self._mixing(robot, theta).T)}"
 
-    def in_words(self, robot: Robot, theta: Array) -> str:
+    def told_in_words(self, robot: Robot, values: Array) -> str:
         """The largest shares of each channel, in words."""
         shares: dict[int, dict[str, dict[int, float]]] = {j: {} for j in self.active(robot)}
-        for (j, i), column, x in zip(self._leaks(robot), self.columns(robot), theta.tolist(), strict=True):
+        for (j, i), column, x in zip(self._leaks(robot), self.columns(robot), values.tolist(), strict=True):
             shares[j].setdefault(column.unit, {})[i] = x  # a share has others of its unit to be small beside
         return " ".join(
             f"The torque reading of joint {j + 1} also shows {' and '.join(told)}."

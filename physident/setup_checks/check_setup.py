@@ -21,7 +21,7 @@ from physident.setup_checks.order import TWICE, check_labels, check_order
 from physident.setup_checks.position import check_positions, check_zeros, upside_down_gain
 from physident.setup_checks.rows import Rows, rows_of
 from physident.setup_checks.samples import check_samples
-from physident.setup_checks.still import check_still
+from physident.setup_checks.still import check_frozen, check_still
 from physident.setup_checks.timing import check_delay
 from physident.setup_checks.velocity import check_velocity
 
@@ -49,7 +49,10 @@ def check_setup(robot: Robot | str | Path | None, recordings: Recordings) -> tup
                 f"{recording.source}: {recording.n} joints, but {whose} has {expected}; check --robot and --columns"
             )
     chosen = [part for recording in chosen for part in _extracts(recording)]
-    found = [*check_velocity(chosen), *check_samples(chosen)]
+    frozen = check_frozen(chosen)
+    found = [*check_velocity(chosen), *check_samples(chosen), *([frozen] if frozen else [])]
+    if frozen is not None:  # nothing that the description asks can be held against a position that is not the joint's
+        robot = None
     if robot is not None and not any(finding.kind == "position_velocity_swapped" for finding in found):
         found += _of_robot(robot, chosen)
     return tuple(sorted(found, key=lambda finding: not finding.void))

@@ -179,12 +179,29 @@ def diagnose(
         why = "the unseen recordings are predicted worse by it" if beyond else "nothing to extend the model by"
         kept = ", and what it holds is older" if out.exists() else ""
         typer.echo(f"written: {out}" if found.estimate is not None else f"{why}: {out} not written{kept}")
-    if fail_on is not None and isinstance(found, Diagnosis) and _fails(found, fail_on):
-        raise typer.Exit(FAULT_FOUND)
+    if fail_on is not None and isinstance(found, Diagnosis):
+        _refuse_no_answer(found)
+        if _fails(found, fail_on):
+            raise typer.Exit(FAULT_FOUND)
 
 
 def _fails(found: Diagnosis, fail_on: str) -> bool:
     return bool(found.causes) or (fail_on == "unexplained" and found.verdict == "unexplained")
+
+
+def _refuse_no_answer(found: Diagnosis) -> None:
+    """Raises InputError where recordings are missing without which nobody can say whether something has changed."""
+    from physident.diagnosis.grading.holdout import OLD_HOLDOUT
+    from physident.diagnosis.remainder.standing_still import FROZEN
+
+    if found.controlled is False:
+        raise InputError(
+            "the recordings that the model was fitted to are not at hand, so a cause may have been there before; expected them with --fail-on: where"
+            " they were, or as --before"
+        )
+    for text in found.warnings:
+        if text.startswith((OLD_HOLDOUT, FROZEN)):
+            raise InputError(f"{text}; nothing can be said with --fail-on before")
 
 
 def _refuse_wrong_setup(start: Estimate | Model, *groups: list[Recording]) -> None:

@@ -12,7 +12,6 @@ from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
-HALF = 1.96  # standard errors in half of a 95 % interval
 OPEN = 2.0  # standard errors of the level of a curve: where these reach as far as all of its shape, nobody knows which way it pushes
 VISITED = 400  # places, as often as rows have been near them
 POINTS = 60  # of a curve in a file and in a picture: three for each piece of its splines
@@ -41,8 +40,7 @@ def largest_value(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty:
     """The torque of a curve where it is surely largest, in the place of its many parameters: not at an end that hardly any row has seen. Where
     no torque is sure, because other parameters take a part of it, the largest one."""
     assert isinstance(accepted.effect, LearnedCurve)
-    _, torque, std = _with_error(hypothesis, accepted, accepted.effect, uncertainty)
-    top = _surest(torque, uncertainty.half * std)
+    _, torque, std, top = _where_surest(hypothesis, accepted, accepted.effect, uncertainty)
     value, half = float(torque[top]), uncertainty.half * float(std[top])
     return ParameterValue(
         name="largest_from_mean" if _open_mean(hypothesis, accepted, accepted.effect).any() else "largest",
@@ -62,23 +60,28 @@ def _surest(torque: Array, half: Array) -> int:
     return int(np.argmax(sure if sure.max() > 0 else np.abs(torque)))
 
 
-def curve_in_words(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> str:
+def curve_in_words(
+    hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
+) -> str:
     """Where a curve is surely largest of the places where recordings have been, and between which of them it is at least half of that."""
-    robot, x, mean = (
-        hypothesis.problem.model.robot,
-        _visited(hypothesis, accepted, effect),
-        _open_mean(hypothesis, accepted, effect),
-    )
-    line = _open_line(hypothesis, accepted, effect)
-    Phi, places = effect.shapes_at(robot, x) - mean - np.outer(x, line), _places(hypothesis, accepted)
-    torque, std = Phi @ _theta(hypothesis, accepted), _errors(Phi, hypothesis.covariance[np.ix_(places, places)])
-    words = effect.points_in_words(robot, 0, x, torque, _surest(torque, HALF * std))
-    words += ", beyond the straight line that viscous friction of the model holds" if line.any() else ""
-    return (
-        f"{words}, from its mean there, of which another parameter of the model may hold any part"
-        if mean.any()
-        else words
-    )
+    x, torque, _, top = _where_surest(hypothesis, accepted, effect, uncertainty)
+    words = effect.points_in_words(hypothesis.problem.model.robot, 0, x, torque, top)
+    line, mean = (of(hypothesis, accepted, effect).any() for of in (_open_line, _open_mean))
+    words += ", beyond the straight line that viscous friction of the model holds" if line else ""
+    words += ", from its mean there, of which another parameter of the model may hold any part" if mean else ""
+    return words
+
+
+def _where_surest(
+    hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
+) -> tuple[Array, Array, Array, int]:
+    """Places (VISITED,) where recordings have been, a curve's torque and its standard error (VISITED,) [N m|N] there, from its mean and beyond a
+    straight line where these are open, and at which of them it is surely largest."""
+    x, places = _visited(hypothesis, accepted, effect), _places(hypothesis, accepted)
+    line, mean = (of(hypothesis, accepted, effect) for of in (_open_line, _open_mean))
+    Phi = effect.shapes_at(hypothesis.problem.model.robot, x) - mean - np.outer(x, line)
+    torque, std = Phi @ _theta(hypothesis, accepted), _errors(Phi, uncertainty.theta.covariance[np.ix_(places, places)])
+    return x, torque, std, _surest(torque, uncertainty.half * std)
 
 
 def _with_error(

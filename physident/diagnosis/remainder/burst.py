@@ -24,7 +24,7 @@ CERTAIN = 0.01  # how often noise of one size has a burst somewhere
 @dataclass(frozen=True, kw_only=True)
 class Burst:
     """A ``share`` of a residual's power lies between ``start`` and ``end`` [s] of one ``recording`` (its name), in ``of_time``, a share of
-    all rows; ``at_rest``: the joint stood or crept for most of it."""
+    all rows; ``at_rest``: the joint stood or crept for most of it, with a torque that its friction can hold."""
 
     recording: str
     start: float
@@ -62,7 +62,7 @@ def bursts_of(
     """The bursts of a residual (M,), the largest first: half a minute at most each, that hold a third of the power together at least.
 
     ``time`` (M,) [s] since each row's recording began, whose place among the ``names`` is ``recording`` (M,); ``worth``: how many independent
-    samples the rows are; ``resting`` (M,): where the joint stands or creeps. Of all runs of half seconds the one is taken whose own variance
+    samples the rows are; ``resting`` (M,): where the joint stands or creeps, held by no more than its friction. Of all runs of half seconds the one is taken whose own variance
     is the most likely beside that of the other rows of its recording, and then again among the rows that are left;
     noise of one size would make it once in a hundred times (F test, Bonferroni over as many runs of its length as there is room for).
     """
@@ -87,7 +87,8 @@ def bursts_of(
                 end=float(min(last + PIECE, time[of][-1])),
                 share=share,
                 of_time=len(rows) / len(residual),
-                at_rest=resting is not None and bool(resting[rows].mean() > MOSTLY),
+                at_rest=resting is not None
+                and bool(residual[rows] ** 2 @ resting[rows] > MOSTLY * (residual[rows] @ residual[rows])),
             )
         )
         left[rows] = False

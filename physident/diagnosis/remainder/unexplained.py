@@ -16,6 +16,7 @@ from physident.diagnosis.remainder.friction_between import FrictionBetween, fric
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.estimation.dry_friction.row_weights import dry_level
 from physident.estimation.estimate import Estimate
 from physident.estimation.uncertainty import correlation_rows
 from physident.estimation.weighting import FINEST
@@ -167,7 +168,10 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     signals = hypothesis.problem.signals
     since = regressor.time - np.array([one.origin for one in signals])[regressor.recording]
     names = [PurePath(one.source).name for one in signals]
-    creeping = np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian
+    holds = np.abs(residual) <= dry_level(
+        hypothesis.extension.model
+    )  # of a joint that stands, friction; of more, it is none
+    creeping = holds & (np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian)
     between = friction_between(hypothesis)
     result = []
     for j, r in enumerate(residual.T):

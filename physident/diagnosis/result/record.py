@@ -96,7 +96,9 @@ class DiagnosisRecord:
 
     @property
     def asked(self) -> Asked:
-        """The question, and whether recordings from before were given to hold a change against."""
+        """The question, and whether recordings from before were given, or none were at hand, to hold a change against."""
+        if self.controlled is False and self.question == "different":
+            return "different_or_missing"
         given = any(used.role == "before" for used in self.recordings)
         return "different_from_before" if given and self.question == "different" else self.question
 

@@ -29,6 +29,7 @@ from physident.effects.learned.one_torque import are_one_torque
 ASKED = {
     "missing": "what is missing from the model",
     "different": "what is different from when the model was identified",
+    "different_or_missing": "what is different from when the model was identified, or was missing from it already",
     "different_from_before": "what is different from the recordings from before",
     "nominal": "what the nominal model gets wrong",
 }
@@ -132,14 +133,20 @@ def _old(d: DiagnosisRecord) -> list[str]:
         [],
     )
     lacked = f"missing since before, for {whose} show it, or differ by as much:"
+    differs = f"different here, and no proven change, for {whose} differ by as much:"
     usual = f"no more than usual, for {whose} differ by as much among themselves; more of them tell smaller changes:"
-    for f in sorted(d.missing_since_before, key=lambda f: (bool(f.confounder), f.effect, f.joints)):
-        head = usual if f.confounder else lacked
+    for f in sorted(d.missing_since_before, key=lambda f: (bool(f.confounder), _is_changed(f), f.effect, f.joints)):
+        head = usual if f.confounder else differs if _is_changed(f) else lacked
         rows += [] if head in rows else [head]
         rows.append(
             f"  {with_joints(f.effect, f.joints)}{_first_values(f)}{f'; {f.confounder}' if f.confounder else ''}"
         )
     return rows
+
+
+def _is_changed(f: Finding) -> bool:
+    """Whether a finding is another value of what the model has."""
+    return any(v.change != v.value for v in f.parameters)
 
 
 def _is_nothing(f: Finding) -> bool:

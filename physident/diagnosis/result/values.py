@@ -20,6 +20,7 @@ from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
 from physident.effects.learned.curve import LearnedCurve
+from physident.effects.one_by_one import OneByOne
 from physident.robots.robot import Robot
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond
@@ -79,12 +80,16 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect], 
     for one in accepted:
         at = hypothesis.accepted.index(one)
         if isinstance(one.effect, LearnedCurve):
-            sentences.append(f"{curve_in_words(hypothesis, one, one.effect)}; {nearest_law(hypothesis, one)}")
+            sentences.append(
+                f"{curve_in_words(hypothesis, one, one.effect, uncertainty)}; {nearest_law(hypothesis, one)}"
+            )
         else:
-            theta = model.theta[hypothesis.extension.places[at]]
-            if one.effect.one_by_one:
-                theta = theta * _are_certain(hypothesis, one, uncertainty)
-            sentences.append(one.effect.change_in_words(model.robot, theta, theta - hypothesis.effect_values[at]))
+            theta, effect = model.theta[hypothesis.extension.places[at]], one.effect
+            if isinstance(effect, OneByOne):
+                said = effect.told_in_words(model.robot, _certain_values(hypothesis, one, uncertainty))
+            else:
+                said = effect.change_in_words(model.robot, theta, theta - hypothesis.effect_values[at])
+            sentences.append(said)
             if one.effect.dry and not one.effect.pointwise:
                 sentences += [_all_dry_friction(model, j) for j in one.effect.active(model.robot)]
             sentences.append(_only_in_sums(hypothesis, one))
@@ -95,12 +100,13 @@ def values_in_words(hypothesis: Hypothesis, accepted: Sequence[AcceptedEffect], 
     return " ".join(filter(None, dict.fromkeys(sentences)))  # two contacts say the same
 
 
-def _are_certain(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> NDArray[np.bool_]:
-    """Which parameters (k,) of an accepted effect are certainly not zero."""
+def _certain_values(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> NDArray[np.float64]:
+    """What is told (r,) of an accepted effect, zero where it may be."""
+    effect = accepted.effect
     values = parameter_values(hypothesis, accepted, uncertainty)
-    certain = {(v.name, v.joint) for v in values if not v.interval95[0] <= 0 <= v.interval95[1]}
-    columns = accepted.effect.columns(hypothesis.problem.model.robot)
-    return np.array([(_short(column.name, accepted.effect.name), column.joint) in certain for column in columns])
+    certain = {(v.name, v.joint): v.value for v in values if not v.interval95[0] <= 0 <= v.interval95[1]}
+    columns, _ = effect.told(hypothesis.problem.model.robot)
+    return np.array([certain.get((_short(column.name, effect.name), column.joint), 0.0) for column in columns])
 
 
 def _only_in_sums(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:

@@ -11,16 +11,20 @@ from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import SEARCHES, Finding, UsedRecording, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
-Asked = Literal["missing", "different", "different_from_before", "nominal"]  # a question, and since when
+Asked = Literal[
+    "missing", "different", "different_or_missing", "different_from_before", "nominal"
+]  # a question, and since when
 FOUND: dict[Asked, str] = {
     "missing": "The model lacks",
     "different": "Since the model was identified, this has changed:",
+    "different_or_missing": "Since the model was identified, this has changed, or the model lacked it already:",
     "different_from_before": "Since the recordings from before, this has changed:",
     "nominal": "The nominal model gets this wrong:",
 }
 NOT_FOUND: dict[Asked, str] = {
     "missing": "missing from the model",
     "different": "different from when the model was identified",
+    "different_or_missing": "different from when the model was identified, or missing from it already",
     "different_from_before": "different from the recordings from before",
     "nominal": "wrong with the nominal model",
 }

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.rivals.same_torque import WholeFriction
+from physident.diagnosis.rivals.refuted import is_refuted
+from physident.diagnosis.rivals.whole_friction import WholeFriction
 from physident.diagnosis.search.acceptance import (
     MAX_COMPARED,
     contradicted,
@@ -97,12 +98,23 @@ def check_rivals(
             continue
         if makes_redundant(rest, other, accepted_candidate, last.threshold) and contradiction(rest, other) is None:
             rivals.append(other)
-    possible = tuple(c for c in same if contradiction(rest, c) is None)
+    possible = tuple(
+        c
+        for c in same
+        if contradiction(rest, c) is None
+        and (_are_dry(c, accepted) or not is_refuted(cost, left_out_costs(rest, c, weights)))
+    )
     alike = (c for c, gain in zip(candidates, gains, strict=True) if gain >= last.threshold and _is_larger(c, accepted))
     larger = tuple(c for c in alike if _contains(rest, c, accepted))
     gain = float(gains[candidates.index(accepted_candidate)])
     least = last.threshold_of(accepted.candidate.key, others)
     return RivalCheck(accepted, gain, tuple(rivals), possible, larger, threshold=least)
+
+
+def _are_dry(other: Candidate, accepted: AcceptedEffect) -> bool:
+    """Whether both are dry friction, which differs near reversals alone, where a noisy velocity hardly tells."""
+    effect = other.options[0].effect
+    return effect is not None and effect.dry and accepted.effect.dry
 
 
 def _is_larger(other: Candidate, accepted: AcceptedEffect) -> bool:

@@ -50,12 +50,12 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
     ]
     # by the model without what was found: a scale of a joint's torque would else hold the finding itself, beside what the model takes up
     regressor = build_regressor(problem.model.robot, effects, [signals], problem.filter, model=problem.model)
-    every = _stacked(regressor, hypothesis.fit.sigma)
-    outside = _outside(every, problem)
+    every = stacked(regressor, hypothesis.fit.sigma)
+    outside = outside_of(every, problem)
     every = outside(every)
     taken = problem.barred | {a.candidate.key for a in accepted}
     others = [
-        (c, [_Span.of(every[:, o.columns]) for o in c.options])
+        (c, [Span.of(every[:, o.columns]) for o in c.options])
         for c in problem.candidates
         if c.key not in taken and not problem.is_friction_of_resting_joint(c) and not _follows_any_motion(c)
     ]
@@ -64,7 +64,7 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
         if one.candidate is CONTACT:
             continue
         own = build_regressor(problem.model.robot, [one.effect], [signals], problem.filter, model=hypothesis.model)
-        columns = outside(_stacked(own, hypothesis.fit.sigma))
+        columns = outside(stacked(own, hypothesis.fit.sigma))
         most = _rank(columns) + (len(one.candidate.options) > 1)
         torque = columns @ values
         level = _of_this_level(hypothesis, i)
@@ -73,54 +73,6 @@ def same_torque(hypothesis: Hypothesis) -> dict[Key, list[Candidate]]:
             for c, spans in others
             if c not in level and any(span.makes(torque, most - (len(spans) > 1), n) for span in spans)
         ]
-    return result
-
-
-@dataclass(frozen=True, kw_only=True)
-class WholeFriction:
-    """By what ``share`` all friction of a joint would have to be larger to make nearly the torque of an effect, ``beside`` others of the joint
-    (their names)."""
-
-    share: float
-    beside: tuple[str, ...] = ()
-
-
-def whole_friction(hypothesis: Hypothesis) -> dict[Key, WholeFriction]:
-    """The accepted effects of one joint that make nearly a multiple of all the friction that the model has there, on any motion.
-
-    An effect that is no friction does so by itself: where nearly all torque of a wrist is friction, a motor that gives less is more friction of
-    every kind. Laws of friction of the model do so together: dry and viscous friction of a joint that both are a third larger are one change.
-    """
-    problem, robot = hypothesis.problem, hypothesis.problem.model.robot
-    p, groups, laws = len(problem.model.theta), list[list[int]](), dict[int, list[int]]()
-    for i, one in enumerate(hypothesis.accepted):
-        if len(one.candidate.joints) != 1 or len(one.effect.columns(robot)) != 1:
-            continue
-        if one.effect.family is not Family.FRICTION:
-            groups.append([i])
-        elif hypothesis.extension.places[i].max() < p:
-            laws.setdefault(one.candidate.joints[0], []).append(i)
-    groups += [several for several in laws.values() if len(several) > 1]
-    if not groups:
-        return {}
-    signals, result, some = random_motion(problem), {}, [hypothesis.accepted[i] for group in groups for i in group]
-    effects = [*problem.model.effects, *(one.effect for one in some)]
-    regressor = build_regressor(robot, effects, [signals], problem.filter, model=hypothesis.model)
-    owners = np.repeat([e.family is Family.FRICTION for e in effects], [len(e.columns(robot)) for e in effects])
-    theta = np.zeros(len(owners))
-    theta[:p] = problem.model.theta * owners[:p]
-    every, at = _stacked(regressor, hypothesis.fit.sigma), p
-    friction, outside = (every @ theta).reshape(-1, robot.n), _outside(every, problem)
-    for group in groups:
-        j = hypothesis.accepted[group[0]].candidate.joints[0] - 1
-        mine = (friction * (np.arange(robot.n) == j)).reshape(-1, 1)
-        torque = every[:, at : at + len(group)] @ np.concatenate([hypothesis.effect_values[i] for i in group])
-        at += len(group)
-        if mine.any() and _Span.of(outside(mine)).makes(outside(torque), 1, robot.n):
-            share = float(mine[:, 0] @ torque / (mine[:, 0] @ mine[:, 0]))
-            for i in group:
-                beside = tuple(hypothesis.accepted[k].candidate.name for k in group if k != i)
-                result[hypothesis.accepted[i].candidate.key] = WholeFriction(share=share, beside=beside)
     return result
 
 
@@ -243,12 +195,12 @@ def _temperature(signals: Sequence[Signals], time: Array) -> Array | None:
     return low + (high - low) * (time / time[-1])[:, None]
 
 
-def _stacked(regressor: Regressor, sigma: Array) -> Array:
+def stacked(regressor: Regressor, sigma: Array) -> Array:
     """The dense columns (M n, p), each joint's rows in units of its noise."""
     return (regressor.Y / sigma[:, None]).reshape(-1, len(regressor.columns))
 
 
-def _outside(every: Array, problem: DiagnosisProblem) -> Callable[[Array], Array]:
+def outside_of(every: Array, problem: DiagnosisProblem) -> Callable[[Array], Array]:
     """What takes from columns the part that lies inside the parameters that are refitted freely."""
     p = len(problem.model.theta)
     free = problem.freedom.map[:, problem.freedom.prior == 0]
@@ -269,7 +221,7 @@ def _rank(columns: Array) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class _Span:
+class Span:
     """What ``columns`` (M n, k) can make: ``projector`` (k, M n) gives the values that come nearest to a torque."""
 
     columns: Array
@@ -277,12 +229,12 @@ class _Span:
     rank: int
 
     @staticmethod
-    def of(columns: Array) -> _Span:
+    def of(columns: Array) -> Span:
         if not columns.any():
-            return _Span(columns, columns.T, 0)
+            return Span(columns, columns.T, 0)
         inner = columns.T @ columns
         root = whitening(inner[None], inner[None])[0]
-        return _Span(columns, root @ (root.T @ columns.T), _rank(columns))
+        return Span(columns, root @ (root.T @ columns.T), _rank(columns))
 
     def makes(self, torque: Array, most: int, n: int) -> bool:
         """Whether columns of at most so many independent torques make nearly all of a torque of n joints, in units of their noise, and on each

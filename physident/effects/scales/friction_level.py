@@ -11,6 +11,7 @@ import numpy as np
 from physident.effects.classification import Family, JointTerm
 from physident.effects.effect import Array, Effect, array_source
 from physident.effects.friction import PRESLIDING, CoulombFriction
+from physident.effects.one_by_one import OneByOne
 from physident.effects.scales.shared_scale import SharedScale, sized
 from physident.errors import InputError
 from physident.recordings.signals import Signals
@@ -22,7 +23,7 @@ FASTEST = 3.0  # rad/s, of a joint whose description has no limit
 
 
 @dataclass(frozen=True)
-class FrictionLevel(SharedScale):
+class FrictionLevel(SharedScale, OneByOne):
     """tau_j = (s + d_j / 100) (Fc_j sgn v_j + Fv_j v_j + F_j(|v_j|) sgn v_j): the friction of all joints differs by a share s, without a
     unit, and that of a joint by d_j per cent more; no joint has less than no friction.
 
@@ -132,12 +133,18 @@ class FrictionLevel(SharedScale):
         parts = [replace(whole, viscous=none, speeds=(), beyond=()), replace(whole, coulomb=none)]
         return [whole, *parts] if coulomb.any() and by_speed else [whole]
 
-    def in_words(self, robot: Robot, theta: Array) -> str:
-        size, way = sized(self.shares(robot, theta))
+    def told_in_words(self, robot: Robot, values: Array) -> str:
+        shares, joints = values[values != 0] / 100, np.flatnonzero(values) + 1
+        if not len(joints):
+            return ""
+        (size, way), part = sized(shares), self._part
+        if len(joints) < len(values):
+            where = f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
+            return f"The {part}friction of {where} is {size} {way}{' ' if way else ''}than the model's; that of the others may be as before."
         if not way:
-            return f"The {self._part}friction of the joints is {size} than the model's."
+            return f"The {part}friction of the joints is {size} than the model's."
         why = "a colder" if way == "higher" else "a warmer"
-        return f"The {self._part}friction of all joints is {size} {way} than the model's, as in {why} arm."
+        return f"The {part}friction of all joints is {size} {way} than the model's, as in {why} arm."
 
     def state_size(self, robot: Robot) -> int:
         return self._dry.state_size(robot)
