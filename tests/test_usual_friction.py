@@ -100,6 +100,19 @@ def test_more_friction_than_that_is_a_cause(model: pid.Estimate) -> None:
     assert {one.joints for one in answer.causes} == {(2,)}  # its dry friction, and its drag
 
 
+@pytest.mark.parametrize(("level", "accused"), [(1.05, False), (0.96, False), (1.2, True)])
+def test_one_recording_does_not_tell_what_is_usual(
+    robot: pid.Robot, tmp_path: Path, level: float, accused: bool
+) -> None:
+    """Some per cent are the friction of a day on any arm; a fifth is not, and nobody needs three recordings to know."""
+    recorded(0, 0, np.ones(2)).to_pandas().to_csv(tmp_path / "0.csv", index=False)
+    model = pid.identify(robot, [tmp_path / "0.csv"])
+    for motion in (0, 1):
+        answer = pid.diagnose_motion(model, [recorded(motion, 31, np.full(2, level))])
+        assert bool(answer.causes) is accused
+        assert accused or "fewer than 3 recordings do not tell" in " ".join(str(answer).split())
+
+
 def test_what_no_friction_makes_is_a_cause_however_small(model: pid.Estimate) -> None:
     """A twentieth of the joint's dry friction, less than its friction differs by from day to day."""
     answer = pid.diagnose_motion(model, [recorded(0, 22, daily(22, DAILY), push=0.06)])

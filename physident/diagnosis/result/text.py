@@ -134,7 +134,7 @@ def _old(d: DiagnosisRecord) -> list[str]:
     )
     lacked = f"missing since before, for {whose} show it, or differ by as much:"
     differs = f"different here, and no proven change, for {whose} differ by as much:"
-    usual = f"no more than usual, for {whose} differ by as much among themselves; more of them tell smaller changes:"
+    usual = "no more than usual, for healthy recordings may differ by as much among themselves; more of them tell smaller changes:"
     for f in sorted(d.missing_since_before, key=lambda f: (bool(f.confounder), _is_changed(f), f.effect, f.joints)):
         head = usual if f.confounder else differs if _is_changed(f) else lacked
         rows += [] if head in rows else [head]

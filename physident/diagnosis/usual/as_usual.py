@@ -20,6 +20,7 @@ from physident.dynamics.friction_parameters import friction_values
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
+TOO_FEW = f"because fewer than {FEWEST} recordings do not tell by how much"
 MADE_OF = 0.8  # of the power of an effect's torque: what friction of its joint and an offset make as well is a change of these
 
 
@@ -39,20 +40,23 @@ def usual_in_words(changes: Sequence[UsualChange]) -> str:
     if not changes:
         return ""
     largest = max(changes, key=lambda one: one.share)
+    tell = f"as far as {largest.recordings} of them tell" if largest.recordings >= FEWEST else TOO_FEW
     return (
         f"{'an offset of ' if largest.is_offset else ''}{100 * largest.share:.2g} % of the friction, by which healthy recordings may differ, too"
-        f" (up to {100 * largest.usual:.2g} %, as far as {largest.recordings} of them tell)"
+        f" (up to {100 * largest.usual:.2g} %, {tell})"
     )
 
 
 def usual_friction(hypothesis: Hypothesis, control: Sequence[Signals], partners: int) -> UsualFriction | None:
     """By how much friction and offsets differ by themselves from those of the control, of which so many ``partners`` were taken off the new
-    recordings; None where nothing was found that this is asked of, or where too few recordings tell."""
+    recordings; None where nothing was found that this is asked of, or there is no control."""
     problem = hypothesis.problem
-    if problem.question != "different" or len(control) < FEWEST or not np.any(friction_values(problem.model)):
+    if problem.question != "different" or not control or not np.any(friction_values(problem.model)):
         return None
     if not any(one.candidate is not CONTACT for one in hypothesis.accepted):
         return None
+    if len(control) < FEWEST:
+        return UsualFriction.unknown(len(control))
     usual = UsualFriction.of(problem.model, control, problem.filter, partners or len(control))
     return as_other_joints_show(hypothesis, usual)
 
@@ -77,7 +81,10 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict
             found |= _as_usual(hypothesis, i, usual, torque, compared, with_offsets=False) or _as_usual(
                 hypothesis, i, usual, torque, compared, with_offsets=True
             )
-        elif _made_of_friction(hypothesis, _torque(hypothesis, i), ~compared, with_offsets=False).share >= MADE_OF:
+        elif (
+            _made_of_friction(hypothesis, _torque(hypothesis, i), ~compared, usual.parts, with_offsets=False).share
+            >= MADE_OF
+        ):
             together.append(i)
     whole = np.sum([moved_friction(hypothesis), *(_torque(hypothesis, i) for i in together)], axis=0)
     for i in together:
@@ -128,7 +135,10 @@ def _as_usual(
     with_offsets: bool,
 ) -> dict[Key, UsualChange]:
     """What an accepted effect changes as usual, as the ``torque`` (M, n) of its joints shows in some ``rows`` (M,); nothing where it is more."""
-    change, one = _made_of_friction(hypothesis, torque, rows, with_offsets), hypothesis.accepted[i].candidate
+    change, one = (
+        _made_of_friction(hypothesis, torque, rows, usual.parts, with_offsets),
+        hypothesis.accepted[i].candidate,
+    )
     most = usual.joint if one.joints else usual.arm
     if change.share < MADE_OF or change.size > most or change.offset > usual.offset:
         return {}
@@ -143,10 +153,14 @@ def _torque(hypothesis: Hypothesis, i: int) -> Array:
     return hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
 
 
-def _made_of_friction(hypothesis: Hypothesis, torque: Array, rows: NDArray[np.bool_], with_offsets: bool) -> _Change:
-    """A torque (M, n), as the dry and the other friction of each joint, where either is scaled, make it, and an offset, in some ``rows`` (M,)."""
+def _made_of_friction(
+    hypothesis: Hypothesis, torque: Array, rows: NDArray[np.bool_], how_many: int, with_offsets: bool
+) -> _Change:
+    """A torque (M, n), as the dry and the other friction of each joint, where either is scaled, make it, or as all of it makes it (``how_many``
+    parts, one or two), and an offset, in some ``rows`` (M,)."""
     problem = hypothesis.problem
     parts = np.column_stack(friction_values(problem.model))
+    parts = parts if how_many > 1 else parts.sum(axis=1, keepdims=True)
     scaled = constant = made = whole = power = 0.0
     for j, (joint, sigma) in enumerate(zip(problem.regressor.joints, hypothesis.fit.sigma, strict=True)):
         wanted = torque[rows, j] / sigma

@@ -40,6 +40,19 @@ class UsualFriction:
     freedom: int
     recordings: int
 
+    @property
+    def parts(self) -> int:
+        """How many parts of a joint's friction differ, each by its own measure: dry friction and the other one, or, as far as so few recordings
+        tell, all of it alike."""
+        return 2 if self.recordings >= FEWEST else 1
+
+    @staticmethod
+    def unknown(recordings: int) -> UsualFriction:
+        """What so few ``recordings`` say: that more than a tenth is not usual, as of any healthy arm, and no offset."""
+        return UsualFriction(
+            joint=LARGEST, arm=LARGEST, offset=0.0, spread=0.0, offset_spread=0.0, freedom=1, recordings=recordings
+        )
+
     @staticmethod
     def of(model: Model, control: Sequence[Signals], filter: Filter, old: int) -> UsualFriction:
         """What the ``control`` says of a new day beside the mean of ``old`` recordings before.
