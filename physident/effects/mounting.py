@@ -8,9 +8,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.dynamics.inverse_dynamics import gravity_torque, torque_changes
+from physident.arguments import refuse_one_number
+from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics, torque_changes
 from physident.effects.classification import Family, Scope, every_joint_pattern
 from physident.effects.effect import AddedInertia, Array, Column, Effect
+from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
@@ -99,29 +101,53 @@ def _direction(robot: Robot) -> Array:
     return np.array(robot.gravity) / size if size > 0 else np.array([0.0, 0.0, -1.0])
 
 
+SMALL = 0.01  # rad: the torque is a line over a smaller offset, to half a per cent
+
+
 @dataclass(frozen=True)
 class JointZeroOffset(Effect):
-    """tau = d_j d tau/d q_j: the true angle is the recorded one plus d_j; d in rad. Acts on the rows of all joints.
+    """tau = d_j (tau(q + D_j) - tau(q)) / D_j: the true angle is the recorded one plus d_j; d in rad. Acts on the rows of all joints.
 
-    The derivative is that of the links' torque. It is zero for the first joint of an upright arm and for a last link that
+    ``about`` D [rad] is the offset of each joint at which this is exact, as a search finds it; where it is not given, the torque is that of a
+    small offset, d_j d tau/d q_j. It is the torque of the links. It is zero for the first joint of an upright arm and for a last link that
     is symmetric about its axis: their offsets cannot be seen.
     """
+
+    about: tuple[float, ...] | None = None
 
     name: ClassVar[str] = "joint_zero_offset"
     unit: ClassVar[str] = "rad"
     family: ClassVar[Family] = Family.MOUNTING
     acts_on: ClassVar = "sensor"
     needs_model: ClassVar[bool] = True
+    settings_by_joint: ClassVar[tuple[str, ...]] = ("about",)
     signature: ClassVar[str] = "a function of the angles alone that couples the joints"
     mistaken_for: ClassVar[str] = "gravity_tilt, torque_offset: record poses in all directions"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_one_number(self.name, about=self.about)
+        if self.about is not None and not all(np.isfinite(x) and x != 0 for x in self.about):
+            raise InputError(f"{self.name}: about is {self.about}, expected offsets [rad] other than zero, or none")
 
     def pattern(self, robot: Robot) -> NDArray[np.intp]:
         return every_joint_pattern(robot.n, len(self.active(robot)))
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        active, N = tuple(self.active(robot)), len(signals.time)
-        state, turns = (signals.q, signals.v, signals.a), np.ones((len(active), 1, N))
-        return torque_changes(robot, signals.from_model("links"), state, active, turns).reshape(-1, N)
+        active, N, links = tuple(self.active(robot)), len(signals.time), signals.from_model("links")
+        q, v, a = state = (signals.q, signals.v, signals.a)
+        if self.about is None:
+            return torque_changes(robot, links, state, active, np.ones((len(active), 1, N))).reshape(-1, N)
+        here, changes = inverse_dynamics(robot, links, q, v, a), []
+        for j, offset in zip(active, self.shape_values(robot, "about"), strict=True):
+            there = inverse_dynamics(robot, links, q + offset * (np.arange(robot.n) == j), v, a)
+            changes.append((there - here).T / offset)
+        return np.array(changes).reshape(-1, N)
+
+    def once_sized(self, theta: Array) -> Effect:
+        """About the offsets ``theta`` (k,), unless all are small."""
+        large = np.abs(theta) > SMALL
+        return replace(self, about=tuple(np.where(large, theta, SMALL).tolist())) if large.any() else self
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         q = signals.q.copy()
