@@ -117,6 +117,8 @@ def test_degrees_and_milliseconds_are_called_by_name() -> None:
         record(time, np.degrees(q), dq, tau)
     with pytest.raises(pid.InputError, match="milliseconds"):
         record(1000 * (time - time[0]), q, dq, tau)
+    with pytest.raises(pid.InputError, match=r"\(4 Hz\).*record faster"):
+        record(0.25 * np.arange(len(time)), q, dq, tau)
     with pytest.raises(pid.InputError, match="at least 2 s"):
         record(*(x[:100] for x in (time - time[0], q, dq, tau)))
 

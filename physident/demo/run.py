@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def run_demo(folder: str | Path = "demo", seed: int = 0) -> Demo:
 
 def _opened(path: Path) -> str:
     """A file, and what opens it."""
-    return f"{path} with: rerun {path}" if path.suffix == ".rrd" else f"{path} in a browser"
+    return f"{path} with: rerun {quote(str(path))}" if path.suffix == ".rrd" else f"{path} in a browser"
 
 
 def write_recordings(folder: str | Path = "demo", seed: int = 0) -> Truth:

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 MIN_DURATION = 2.0  # s: shorter than one swing of any arm's slow modes
 MAX_STEP = 0.1  # s: no dynamics can be seen in fewer than ten rows a second
+SLOWEST = 0.5  # s: nobody logs an arm more slowly, but a clock may count in milliseconds
 MAX_POSITION = 4 * np.pi  # rad: two turns either way, the widest range any arm's joint has
 MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degrees
 ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}
@@ -156,6 +157,10 @@ def _check_clock(time: Array, source: str) -> None:
             f"{source}: {length:.3g} s of good rows, expected at least {MIN_DURATION:g} s; is the clock in seconds?"
         )
     step = typical_step(time)
+    if MAX_STEP < step < SLOWEST:
+        raise InputError(
+            f"{source}: rows are {step:.4g} s apart ({1 / step:.2g} Hz), expected at most {MAX_STEP} s: record faster, 100 Hz or more"
+        )
     if step > MAX_STEP:
         units = (("milliseconds", 1e3), ("microseconds", 1e6))
         unit = next((name for name, parts in units if step / parts <= MAX_STEP), "nanoseconds")

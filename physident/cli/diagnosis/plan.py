@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -164,7 +165,7 @@ def plan(
         with busy("writing the preview"):
             write_session(content, preview)
     typer.echo(
-        f"{session!r}\nwritten: {folder}: {len(session.legs)} motions (.json, .csv, .script, .yaml), session.json; look at it with: rerun {preview}"
+        f"{session!r}\nwritten: {folder}: {len(session.legs)} motions (.json, .csv, .script, .yaml), session.json; look at it with: rerun {quote(str(preview))}"
     )
 
 

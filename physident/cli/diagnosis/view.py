@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -86,7 +87,7 @@ def view(
     if out is not None:
         with busy("writing the session"):
             write_session(content, out)
-        typer.echo(f"written: {out}" + ("" if web else f"; open it with: rerun {out}"))
+        typer.echo(f"written: {out}" + ("" if web else f"; open it with: rerun {quote(str(out))}"))
     if out is None or web:
         show(content, out, web)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -89,4 +90,4 @@ def replay(
             write_replay(replayed, models[0].model.robot, out, meshes)
     typer.echo(repr(replayed.replay))
     if out is not None:
-        typer.echo(f"written: {out}; open it with: rerun {out}")
+        typer.echo(f"written: {out}; open it with: rerun {quote(str(out))}")
