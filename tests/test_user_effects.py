@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import warnings
 from collections.abc import Iterator
@@ -121,6 +122,22 @@ def test_a_file_that_brings_no_effect_is_refused_in_one_line(
     assert error.count("\n") == 1
     with pytest.raises(pid.InputError, match=expected):
         pid.load_effects("effects.py")
+
+
+@pytest.mark.parametrize(
+    ("formula", "says"),
+    [("0 * v", "values are zero"), ("np.sum(v)", "depend on others"), ("q", "it drives a joint"), ("v", "")],
+)
+def test_a_command_warns_of_an_effect_that_breaks_the_contract(
+    formula: str, says: str, own: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It would be identified without a word, and no number of it would be right."""
+    text = re.sub(r"formulas = .*", f'formulas = ("{formula}",)', CLASS)
+    Path("effects.py").write_text(text.replace("    unit =", "    passive = True\n    unit ="), encoding="utf-8")
+    assert run(["base-parameters", "--robot", "ur5", "--effects-from", "effects.py"]) == 0
+    warned = capfd.readouterr().err
+    assert bool(warned) is bool(says)
+    assert says in warned
 
 
 def test_a_formula_uses_functions_of_numpy_alone(own: Path) -> None:

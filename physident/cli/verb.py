@@ -8,13 +8,16 @@ from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from difflib import get_close_matches
 from functools import wraps
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
 from physident.cli.replacement import replacing_any
 from physident.outputs import is_standard_output
+
+if TYPE_CHECKING:
+    from physident.effects.effect import Effect
 
 FORCE = "--force"
 FORCED = "physident.forced"  # key of a context's notes
@@ -84,8 +87,22 @@ def _bring(ctx: typer.Context, files: list[str] | None) -> list[str] | None:
 
     ctx.call_on_close(restore)
     for file in files:
-        load_effects(file)
+        for effect in load_effects(file):
+            _warn_if_broken(effect, file)
     return files
+
+
+def _warn_if_broken(effect: type[Effect], file: str) -> None:
+    """Warn of an effect that breaks the contract of all effects: its results would be wrong without a word."""
+    from physident.errors import warn
+    from physident.testing import check_effect
+
+    try:
+        check_effect(effect)
+    except AssertionError as error:
+        first, *more = str(error).splitlines()
+        rest = f", and {len(more)} more" if more else ""
+        warn(f"{file}: {first}{rest}; physident.testing.check_effect checks this, and results with it may be wrong")
 
 
 EffectsFromOption = Annotated[
