@@ -220,6 +220,24 @@ def test_what_differs_without_proof_is_not_said_to_have_been_missing(diagnosis: 
     assert "changed by +0.4 N m [0.2, 0.6] to 2" in rows[rows.index(heads[1]) + 1]
 
 
+@pytest.mark.parametrize(("fitted", "shown"), [(0.2, True), (0.8, False)])
+def test_an_error_that_is_far_smaller_as_fitted_is_told_beside_it(
+    diagnosis: pid.Diagnosis, fitted: float, shown: bool
+) -> None:
+    """The ends of a curve that one stretch alone has seen: that stretch left out, the curve is a guess."""
+    left = tuple(remainder(j, rms=fitted if j == 1 else 0.9) for j in range(1, 7))
+    given = replace(diagnosis, unexplained=left)
+    table = [row for row in sentences(given) if row.strip().startswith("RMS as fitted")]
+    assert bool(table) is shown
+    if shown:
+        assert [float(x) for x in table[0].split("]")[1].split()] == [0.2, 0.9, 0.9, 0.9, 0.9, 0.9]
+    for other in (
+        replace(given, scored_on="holdout"),
+        replace(given, recordings=(UsedRecording("new.csv", "", "diagnosed", "old.csv"),)),
+    ):
+        assert "RMS as fitted" not in repr(other)
+
+
 def test_no_verdict_calls_an_error_small_that_is_only_usual(diagnosis: pid.Diagnosis) -> None:
     """A model that errs by 30 times as much elsewhere makes 20 times usual: that is not as large as on its own recordings."""
     own = OwnError(rms=np.array([0.05, 0.8]), times=np.array([30.0, 1.4]), period=0.01)

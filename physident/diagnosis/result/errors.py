@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.repeated.comparison import Comparison
 from physident.diagnosis.result.findings import JointErrors
+from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.dry_friction.rest import rest_rows
@@ -123,3 +124,38 @@ def _left_out_errors(hypothesis: Hypothesis, comparison: Comparison | None) -> J
         relative.append(100 * np.linalg.norm(residual[rows], axis=0) / np.where(size > 0, size, 1.0))
     rows = np.maximum(regressor.counted[inside].sum(axis=0), 1)
     return JointErrors(np.sqrt((residual[inside] ** 2).sum(axis=0) / rows), np.mean(relative, axis=0))
+
+
+def error_table(d: DiagnosisRecord) -> list[str]:
+    """The rows of the table; beside errors on left-out rows those of the fit, where these are far smaller."""
+    count, unit = len(d.before.rms), d.model.robot.torque_unit
+    rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
+    width = len(rows[0]) - 9 * count
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  RMS {label} [{unit}]".ljust(width) + "".join(map(_cell, level.rms)))
+    fitted = np.array([one.rms for one in d.unexplained])
+    compared = any(used.repeats is not None for used in d.recordings)  # of which the fitted rows are differences
+    unlike = len(fitted) == count and d.scored_on != "holdout" and not compared
+    if unlike and (d.after.rms > FAR * fitted).any():
+        rows.append(f"  RMS as fitted [{unit}]".ljust(width) + "".join(map(_cell, fitted)))
+        rows.append(
+            "  as fitted: far smaller where one stretch of the recordings alone shows a part of the motion; record it again"
+        )
+    if d.noise_floor is not None:
+        rows.append(f"  noise floor [{unit}]".ljust(width) + "".join(map(_cell, d.noise_floor)))
+    else:
+        within = " within these recordings" if compared else ""
+        rows.append(f"  noise floor: not known, because no motion was repeated{within}")
+    if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
+        rows.append("  after: contact rows are excluded, because no other recording can predict a contact force")
+    if d.missing_since_before:
+        rows.append("  after: with what is missing since before, too")
+    for label, level in (("before", d.before), ("after", d.after)):
+        rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
+    return rows
+
+
+def _cell(value: float) -> str:
+    """A number in a column of nine characters, apart from the one before it."""
+    text = f"{value:.4g}"
+    return f"{text if len(text) < 9 else f'{value:.2e}':>9}"

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from physident.diagnosis.remainder.in_words import grown_in_words, no_structure_words, times_own_in_brackets
+from physident.diagnosis.result.errors import error_table
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.record import DiagnosisRecord
 from physident.diagnosis.result.wording import (
@@ -43,7 +44,7 @@ def diagnosis_text(d: DiagnosisRecord) -> str:
     """The printed form of a diagnosis."""
     rows = [f"warning: {text}" for text in d.warnings]
     rows += [f"{ASKED[d.asked]}: {_answer(d)}", f"verdict: {_verdict(d)}", ""]
-    rows += _levels(d)
+    rows += error_table(d)
     if d.simulated is not None:
         rows.append(d.simulated.sentence)
     if d.wrong_baseline:
@@ -175,32 +176,6 @@ def _balance(f: Finding) -> str:
     if f.takes_percent is None or f.leaves_percent is None:
         return ""
     return f" (takes {f.takes_percent:.0f} % of the squared error where it shows, {f.leaves_percent:.0f} % stays unexplained)"
-
-
-def _levels(d: DiagnosisRecord) -> list[str]:
-    count, unit = len(d.before.rms), d.model.robot.torque_unit
-    rows = [f"error on {d.scored_on}, cutoff {d.filter.cutoff:g} Hz" + "".join(f"{j:>9d}" for j in range(1, count + 1))]
-    width = len(rows[0]) - 9 * count
-    for label, level in (("before", d.before), ("after", d.after)):
-        rows.append(f"  RMS {label} [{unit}]".ljust(width) + "".join(map(_cell, level.rms)))
-    if d.noise_floor is not None:
-        rows.append(f"  noise floor [{unit}]".ljust(width) + "".join(map(_cell, d.noise_floor)))
-    else:
-        within = " within these recordings" if any(used.repeats is not None for used in d.recordings) else ""
-        rows.append(f"  noise floor: not known, because no motion was repeated{within}")
-    if d.scored_on != "holdout" and any(f.intervals for f in d.findings):
-        rows.append("  after: contact rows are excluded, because no other recording can predict a contact force")
-    if d.missing_since_before:
-        rows.append("  after: with what is missing since before, too")
-    for label, level in (("before", d.before), ("after", d.after)):
-        rows.append(f"  relative {label} [%]".ljust(width) + "".join(f"{x:9.2f}" for x in level.relative))
-    return rows
-
-
-def _cell(value: float) -> str:
-    """A number in a column of nine characters, apart from the one before it."""
-    text = f"{value:.4g}"
-    return f"{text if len(text) < 9 else f'{value:.2e}':>9}"
 
 
 def _finding(d: DiagnosisRecord, number: int, f: Finding, path: str) -> list[str]:
