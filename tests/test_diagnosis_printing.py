@@ -238,6 +238,18 @@ def test_an_error_that_is_far_smaller_as_fitted_is_told_beside_it(
         assert "RMS as fitted" not in repr(other)
 
 
+@pytest.mark.parametrize(("after", "says"), [(0.8, True), (0.6, False)])
+def test_a_cause_that_is_not_most_of_a_joint_s_error_is_not_told_as_if_it_were(
+    diagnosis: pid.Diagnosis, after: float, says: bool
+) -> None:
+    """Twelve newton metres of which ten stay: the headline names other joints, and the verdict this one."""
+    rms = np.array([0.1, after, 0.1, 0.1, 0.1, 0.1])
+    given = replace(
+        diagnosis, verdict="partly_explained", after=JointErrors(rms, 10 * rms), unexplained=(remainder(2, rms=after),)
+    )
+    assert ("What was found is not most of the error of joint 2" in " ".join(repr(given).split())) is says
+
+
 def test_no_verdict_calls_an_error_small_that_is_only_usual(diagnosis: pid.Diagnosis) -> None:
     """A model that errs by 30 times as much elsewhere makes 20 times usual: that is not as large as on its own recordings."""
     own = OwnError(rms=np.array([0.05, 0.8]), times=np.array([30.0, 1.4]), period=0.01)

@@ -53,3 +53,29 @@ def test_about_an_offset_the_torque_is_that_of_the_shifted_arm(ur5: pid.Robot) -
     assert small == pytest.approx(line, abs=1e-4)
     with pytest.raises(pid.InputError, match="about is"):
         JointZeroOffset((3,), about=(0.0,))
+
+
+@pytest.mark.parametrize("angle", [0.02, 0.3])
+def test_a_base_that_leans_far_makes_no_other_link(
+    angle: float, healthy_estimate: pid.Estimate, healthy_runs: list[pid.Recording]
+) -> None:
+    """Vertical gravity becomes smaller, too: beside a part of 0.3 of it by a twentieth, which is the weight of no link. The torque is pinocchio's."""
+    robot = healthy_estimate.model.robot.pinocchio
+    size = float(np.linalg.norm(healthy_estimate.model.robot.gravity))
+    leaning = pin.Model(robot)
+    leaning.gravity.linear = size * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    runs = []
+    for run in healthy_runs[2:]:
+        still = np.array(
+            [
+                pin.computeGeneralizedGravity(leaning, leaning.createData(), q)
+                - pin.computeGeneralizedGravity(robot, robot.createData(), q)
+                for q in run.q
+            ]
+        )
+        runs.append(replace(run, effort=run.effort + still))
+    found = pid.diagnose_motion(healthy_estimate, runs)
+    assert [one.effect for one in found.causes] == ["gravity_tilt"], repr(found)
+    x, y = (value.value for value in found.causes[0].parameters)
+    assert x == pytest.approx(size * np.sin(angle), abs=0.05)
+    assert y == pytest.approx(0.0, abs=0.05)

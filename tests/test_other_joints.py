@@ -53,6 +53,14 @@ def test_where_the_other_joints_agree_a_small_change_is_more_than_usual(ur5: pid
     assert found.offset == 0.1
 
 
+def test_joints_that_are_left_of_several_findings_say_nothing(ur5: pid.Robot) -> None:
+    """They were chosen: those that differ by more have a finding of their own."""
+    state = compared(ur5, np.array([0.003, -0.002, 0.05, 0.004, -0.003, 0.002]))
+    state.accepted = (*state.accepted, SimpleNamespace(candidate=SimpleNamespace(joints=(5,)), effect=None))
+    state.effect_values = (*state.effect_values, np.ones(1))
+    assert as_other_joints_show(state, usual(0.04)) == usual(0.04)
+
+
 def test_where_the_other_joints_differ_as_recordings_do_nothing_is_changed(ur5: pid.Robot) -> None:
     shares = np.array([0.03, -0.02, 0.05, 0.04, -0.03, 0.02])
     assert as_other_joints_show(compared(ur5, shares), usual(0.04)) == usual(0.04)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from physident.effects.classification import Family, Scope, Variable, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
-from physident.effects.one_by_one import OneByOne
+from physident.effects.kinds_of_values import OneByOne
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +12,24 @@ from physident.arguments import refuse_one_number
 from physident.dynamics.inverse_dynamics import gravity_torque, inverse_dynamics, torque_changes
 from physident.effects.classification import Family, Scope, every_joint_pattern
 from physident.effects.effect import AddedInertia, Array, Column, Effect
+from physident.effects.kinds_of_values import AboutItsSize
 from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
+SLIGHT = 0.05  # of gravity: its size along its own direction is the same beside a smaller part, to a thousandth
+
 
 @dataclass(frozen=True)
-class GravityTilt(Effect):
+class GravityTilt(AboutItsSize):
     """tau = g_x d tau/d g_x + g_y d tau/d g_y: gravity has a part along the base's x or y axis; g in m/s^2.
 
-    Its columns also depend on first moments that vertical gravity never shows; those of the model are used.
+    ``about`` (g_x, g_y) [m/s^2] is the part beside which a vertical gravity keeps its size: its own direction then has
+    c (g_x a_x + g_y a_y) less, so much that this is exact at ``about`` a, as a search finds it. Where it is not given, the part is slight.
+    The columns also depend on first moments that vertical gravity never shows; those of the model are used.
     """
+
+    about: tuple[float, float] | None = None
 
     name: ClassVar[str] = "gravity_tilt"
     unit: ClassVar[str] = "m/s^2"
@@ -41,11 +48,28 @@ class GravityTilt(Effect):
         return every_joint_pattern(robot.n, 2)
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        axes = np.eye(3)[:2]
+        axes = self._directions(robot)
         return np.concatenate([gravity_torque(robot, signals.from_model("links"), signals.q, axis).T for axis in axes])
 
     def inertia(self, robot: Robot, theta: Array) -> AddedInertia:
-        return AddedInertia(np.zeros(10 * robot.n), np.zeros(robot.n), (float(theta[0]), float(theta[1]), 0.0))
+        x, y, z = (theta @ self._directions(robot)).tolist()
+        return AddedInertia(np.zeros(10 * robot.n), np.zeros(robot.n), (x, y, z))
+
+    def once_sized(self, theta: Array) -> Self:
+        """About the part ``theta`` (2,), unless that is slight."""
+        slight = np.linalg.norm(theta) <= SLIGHT * EARTH[0]
+        return self if slight else replace(self, about=(float(theta[0]), float(theta[1])))
+
+    def _directions(self, robot: Robot) -> Array:
+        """The changes (2, 3) of gravity of one unit of each parameter; raises InputError for a part that is not finite, or zero."""
+        result, part, stated = np.eye(3)[:2].copy(), np.array(self.about or (0.0, 0.0)), np.array(robot.gravity)
+        if self.about is None or stated[:2].any():
+            return result
+        if part.shape != (2,) or not np.isfinite(part).all() or not part.any():
+            raise InputError(f"{self.name}: about is {self.about}, expected two parts of gravity [m/s^2], or none")
+        left = np.sqrt(max(stated[2] ** 2 - part @ part, 0.0)) - abs(stated[2])
+        result[:, 2] = np.sign(stated[2]) * left * part / (part @ part)
+        return result
 
 
 EARTH = (9.76, 9.84)  # m/s^2: what is measured anywhere on its surface
@@ -101,11 +125,11 @@ def _direction(robot: Robot) -> Array:
     return np.array(robot.gravity) / size if size > 0 else np.array([0.0, 0.0, -1.0])
 
 
-SMALL = 0.01  # rad: the torque is a line over a smaller offset, to half a per cent
+SMALL = 0.012  # rad: the torque is a line over a smaller offset, to less than a per cent
 
 
 @dataclass(frozen=True)
-class JointZeroOffset(Effect):
+class JointZeroOffset(AboutItsSize):
     """tau = d_j (tau(q + D_j) - tau(q)) / D_j: the true angle is the recorded one plus d_j; d in rad. Acts on the rows of all joints.
 
     ``about`` D [rad] is the offset of each joint at which this is exact, as a search finds it; where it is not given, the torque is that of a
@@ -144,7 +168,7 @@ class JointZeroOffset(Effect):
             changes.append((there - here).T / offset)
         return np.array(changes).reshape(-1, N)
 
-    def once_sized(self, theta: Array) -> Effect:
+    def once_sized(self, theta: Array) -> Self:
         """About the offsets ``theta`` (k,), unless all are small."""
         large = np.abs(theta) > SMALL
         return replace(self, about=tuple(np.where(large, theta, SMALL).tolist())) if large.any() else self

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 MIN_DURATION = 2.0  # s: shorter than one swing of any arm's slow modes
 MAX_STEP = 0.1  # s: no dynamics can be seen in fewer than ten rows a second
-SLOWEST = 0.5  # s: nobody logs an arm more slowly, but a clock may count in milliseconds
+SLOWEST = 0.45  # s: nobody logs an arm more slowly, but a clock may count in milliseconds
 MAX_POSITION = 4 * np.pi  # rad: two turns either way, the widest range any arm's joint has
 MAX_DEGREES = 1e4  # a larger position is a corrupt number, not an angle in degrees
 ABSURD = {"position": 100.0, "velocity": 100.0, "effort": 1e5, "temperature": 1e3}

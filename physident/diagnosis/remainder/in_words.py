@@ -63,6 +63,11 @@ def hidden_sentence(left: Sequence[Unexplained]) -> str:
     )
 
 
+def mostly_left_sentence(joints: Sequence[int]) -> str:
+    """On which joints (from 1) the causes are not what is mostly wrong."""
+    return f"What was found is not most of the error of joint{'s' if len(joints) > 1 else ''} {numbered(joints)}."
+
+
 def as_before_sentence(left: Sequence[Unexplained]) -> str:
     """How large what is left is beside what a model leaves on its own recordings."""
     return f"It is {_times_own(left)}."

@@ -14,6 +14,7 @@ from physident.diagnosis.remainder.in_words import (
     as_before_sentence,
     grown_sentence,
     hidden_sentence,
+    mostly_left_sentence,
     remainder_sentence,
 )
 from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, large_as_usual
@@ -135,7 +136,15 @@ class DiagnosisRecord:
         as_before = self.verdict == "unexplained" and own and not self.grown and not self.mostly_unexplained
         if as_before:
             return f"{said} {as_before_sentence(own)}"
+        if self.verdict == "partly_explained" and (stays := self.mostly_left):
+            return f"{said} {mostly_left_sentence(stays)}"
         return f"{said} {hidden_sentence(self.may_hide)}" if self.may_hide else said
+
+    @property
+    def mostly_left(self) -> tuple[int, ...]:
+        """The joints (from 1) with structure of which the causes take less than half the power of the error."""
+        joints = [one.joint for one in self.structured]
+        return tuple(j for j in joints if 2 * self.after.rms[j - 1] ** 2 > self.before.rms[j - 1] ** 2)
 
     @property
     def mostly_unexplained(self) -> bool:

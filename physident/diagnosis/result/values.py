@@ -19,8 +19,8 @@ from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.dynamics.model import Model
 from physident.effects.contact import Contact
+from physident.effects.kinds_of_values import OneByOne
 from physident.effects.learned.curve import LearnedCurve
-from physident.effects.one_by_one import OneByOne
 from physident.robots.robot import Robot
 
 END = 0.99  # of the largest value that is searched: nearer than the search is exact, and the best may lie beyond

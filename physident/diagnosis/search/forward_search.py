@@ -22,7 +22,7 @@ from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.physical_signs import at_share_of_most, uneven_scales
-from physident.diagnosis.search.shape_refinement import refine_shape
+from physident.diagnosis.search.shape_refinement import about_their_sizes, refine_shape
 from physident.diagnosis.search.side_results import inside_baseline
 from physident.diagnosis.statistics.stored_products import Key
 from physident.effects.catalogue import effect_scope
@@ -168,6 +168,8 @@ def _add_while_better(
         accepted = (*accepted, chosen)
         progress(f"added {placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
+        if (sized := about_their_sizes(hypothesis)) != accepted:
+            accepted, hypothesis = sized, settled_hypothesis(problem, sized, hypothesis)
         scores = rescore_candidates(hypothesis, scores)
         full = count_findings(problem, accepted) > HANDFUL
         if full or not is_beyond_doubt(scores):

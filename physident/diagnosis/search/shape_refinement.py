@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse, whitening
 from physident.effects.effect import Effect
+from physident.effects.kinds_of_values import AboutItsSize
 from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
@@ -28,6 +29,15 @@ def refine_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:
             best = best.once_sized(hypothesis.with_effect(candidate, best).effect_values[-1])
         hypothesis.refined[candidate.key] = best
     return hypothesis.refined[candidate.key]
+
+
+def about_their_sizes(hypothesis: Hypothesis) -> tuple[AcceptedEffect, ...]:
+    """The accepted effects, each whose torque is no line over its values about those that it has beside the others."""
+    result = []
+    for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
+        sized = one.effect.once_sized(values) if isinstance(one.effect, AboutItsSize) else one.effect
+        result.append(one if sized == one.effect else replace(one, effect=sized))
+    return tuple(result)
 
 
 def _best_shape(hypothesis: Hypothesis, candidate: Candidate) -> Effect:

@@ -25,13 +25,14 @@ def as_other_joints_show(hypothesis: Hypothesis, usual: UsualFriction) -> UsualF
     """What is ``usual``, with the limit of a joint's friction that the joints show on which nothing was found, where they differ by less
     than chance makes of as much scatter as the recordings of the healthy arm show (F test).
 
-    It stays as it is where a recording repeats no motion. What was found on the whole arm is part of what the other joints differ by.
+    It stays as it is where a recording repeats no motion, and where something was found on several joints: those that are left were chosen for
+    differing little. What was found on the whole arm is part of what the other joints differ by.
     """
     from scipy.stats import f, t
 
     problem, named = hypothesis.problem, {j for one in hypothesis.accepted for j in one.candidate.joints}
     others = [j for j in range(problem.model.robot.n) if j + 1 not in named]
-    if not problem.all_compared or not others or usual.spread == 0:
+    if not problem.all_compared or not others or len(named) > 1 or usual.spread == 0:
         return usual
     shares = _shares(hypothesis)[others]
     shares = shares[np.isfinite(shares)]

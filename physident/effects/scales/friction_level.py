@@ -11,7 +11,7 @@ import numpy as np
 from physident.effects.classification import Family, JointTerm
 from physident.effects.effect import Array, Effect, array_source
 from physident.effects.friction import PRESLIDING, CoulombFriction
-from physident.effects.one_by_one import OneByOne
+from physident.effects.kinds_of_values import OneByOne
 from physident.effects.scales.shared_scale import SharedScale, sized
 from physident.errors import InputError
 from physident.recordings.signals import Signals
