@@ -244,9 +244,8 @@ def test_a_cause_that_is_not_most_of_a_joint_s_error_is_not_told_as_if_it_were(
 ) -> None:
     """Twelve newton metres of which ten stay: the headline names other joints, and the verdict this one."""
     rms = np.array([0.1, after, 0.1, 0.1, 0.1, 0.1])
-    given = replace(
-        diagnosis, verdict="partly_explained", after=JointErrors(rms, 10 * rms), unexplained=(remainder(2, rms=after),)
-    )
+    left = tuple(remainder(j, memory=2.0 if j == 2 else 0.05, rms=rms[j - 1]) for j in range(1, 7))
+    given = replace(diagnosis, verdict="partly_explained", after=JointErrors(rms, 10 * rms), unexplained=left)
     assert ("What was found is not most of the error of joint 2" in " ".join(repr(given).split())) is says
 
 
