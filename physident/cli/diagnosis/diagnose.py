@@ -190,7 +190,7 @@ def _fails(found: Diagnosis, fail_on: str) -> bool:
 
 
 def _refuse_no_answer(found: Diagnosis) -> None:
-    """Raises InputError where recordings are missing without which nobody can say whether something has changed."""
+    """Raises InputError where nobody can say whether something has changed: a job would take silence for health."""
     from physident.diagnosis.grading.holdout import OLD_HOLDOUT
     from physident.diagnosis.remainder.standing_still import FROZEN
 
@@ -201,7 +201,7 @@ def _refuse_no_answer(found: Diagnosis) -> None:
         )
     for text in found.warnings:
         if text.startswith((OLD_HOLDOUT, FROZEN)):
-            raise InputError(f"{text}; nothing can be said with --fail-on before")
+            raise InputError(text)
 
 
 def _refuse_wrong_setup(start: Estimate | Model, *groups: list[Recording]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import is_shown_by_comparison, members, without_effects
+from physident.diagnosis.remainder.unexplained import LARGER
 from physident.diagnosis.repeated.comparison import compare_with_control
 from physident.diagnosis.result.advice import beyond_range_words
 from physident.diagnosis.result.findings import Finding, JointErrors
@@ -25,7 +26,6 @@ from physident.recordings.signals import Signals
 Array = NDArray[np.float64]
 UNSEEN = "not confirmed on unseen data"
 JUDGED = 0.1  # of a joint's rows where its curves were learned: fewer are a stretch or two, which decide nothing
-AS_OWN = 2.0  # times what a model leaves of its own recordings: noise is as large on any motion
 OLD_HOLDOUT = "the model predicts the holdout as well as its own recordings"
 NOTICED = 0.1  # of a joint's rows beyond them: fewer change no error that anybody compares
 
@@ -62,7 +62,7 @@ def from_before(findings: Sequence[Finding], errors: JointErrors, own: Array) ->
     """Why a holdout may refute nothing: the model, with these ``errors`` on it, predicts it as well as its ``own`` (n,) [N m|N] recordings, so
     that what it alone refutes is not in it. Empty where it refutes nothing else that would be a cause, or the model errs on it, too."""
     alone = [f for f in findings if f.doubts == (UNSEEN,) and (f.takes_percent or 0.0) > (f.leaves_percent or 0.0)]
-    if not alone or (errors.rms > AS_OWN * own).any():
+    if not alone or (errors.rms > LARGER * own).any():
         return ""
     return (
         f"{OLD_HOLDOUT} and so refutes {'; '.join(names_of(alone, with_joints))}: it was recorded before the change, or only the diagnosed motion"

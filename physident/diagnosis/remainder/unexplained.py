@@ -168,9 +168,8 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     signals = hypothesis.problem.signals
     since = regressor.time - np.array([one.origin for one in signals])[regressor.recording]
     names = [PurePath(one.source).name for one in signals]
-    holds = np.abs(residual) <= dry_level(
-        hypothesis.extension.model
-    )  # of a joint that stands, friction; of more, it is none
+    # a joint that stands is held by its friction, and by no more than that
+    holds = np.abs(residual) <= dry_level(hypothesis.extension.model)
     creeping = holds & (np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian)
     between = friction_between(hypothesis)
     result = []

@@ -11,9 +11,8 @@ from physident.diagnosis.problem.question import Question
 from physident.diagnosis.result.findings import SEARCHES, Finding, UsedRecording, Verdict
 from physident.effects.catalogue import CATALOGUE, effect_label, effect_scope
 
-Asked = Literal[
-    "missing", "different", "different_or_missing", "different_from_before", "nominal"
-]  # a question, and since when
+# a question, and since when
+Asked = Literal["missing", "different", "different_or_missing", "different_from_before", "nominal"]
 FOUND: dict[Asked, str] = {
     "missing": "The model lacks",
     "different": "Since the model was identified, this has changed:",

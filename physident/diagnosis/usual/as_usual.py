@@ -135,10 +135,8 @@ def _as_usual(
     with_offsets: bool,
 ) -> dict[Key, UsualChange]:
     """What an accepted effect changes as usual, as the ``torque`` (M, n) of its joints shows in some ``rows`` (M,); nothing where it is more."""
-    change, one = (
-        _made_of_friction(hypothesis, torque, rows, usual.parts, with_offsets),
-        hypothesis.accepted[i].candidate,
-    )
+    one = hypothesis.accepted[i].candidate
+    change = _made_of_friction(hypothesis, torque, rows, usual.parts, with_offsets)
     most = usual.joint if one.joints else usual.arm
     if change.share < MADE_OF or change.size > most or change.offset > usual.offset:
         return {}
