@@ -55,14 +55,7 @@ def expected_error(
     recordings. Where all recordings are compared that was taken off, and is only what is usual; what remains ``unexplained`` there
     without more memory than noise does not repeat either, nor does what friction and offsets ``wander`` by from day to day."""
     problem = hypothesis.problem
-    white = []
-    for signals in problem.signals:
-        gain = float(np.sqrt(np.sum(problem.filter.taps(signals.rate) ** 2)))
-        white.append(gain * signals.torque_noise)
-    levels = [np.mean(white, axis=0)]
-    if noise_floor is not None:
-        levels.append(noise_floor)
-    noise = np.max(levels, axis=0)
+    noise = problem.torque_noise if noise_floor is None else np.maximum(problem.torque_noise, noise_floor)
     if estimate is None or problem.question != "different":
         return ExpectedError(right=noise, usual=noise)
     usual = np.maximum(noise, estimate.sigma)

@@ -1,7 +1,7 @@
 """One cause for all parts of a torque: the curves of a joint with the laws that these hold a part of, and a law that another one has replaced.
 
 A tight spot that drags as in oil is a curve over position, and what that leaves is one over velocity; a cable that stiffens is a curve and
-a spring. Only the part that says most by itself tells where to look. Dry friction that builds up over a distance takes the place of dry friction
+a spring. Only the part that says most by itself tells where to look, or the laws that say as much together. Dry friction that builds up over a distance takes the place of dry friction
 that turns at once: that the model has less of this one than before is no news.
 """
 
@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from physident.diagnosis.grading.members import members, without_effects
-from physident.diagnosis.problem.candidates import prior_precision
 from physident.diagnosis.result.findings import Finding
 from physident.diagnosis.rivals.successors import is_succeeded
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
+from physident.effects.classification import Family
 from physident.effects.learned.one_torque import are_one_torque
 
 REPLACED = "friction that builds up over a distance stands in its place: both together are nearly what the model had"
@@ -31,7 +31,7 @@ def one_cause_a_torque(
     for joint in range(1, hypothesis.problem.model.robot.n + 1):
         parts = _parts(hypothesis, [i for i in causes if hypothesis.accepted[i].candidate.joints == (joint,)])
         if len(parts) > 1:
-            lesser |= set(parts) - {min(parts, key=lambda i: _cost_alone(hypothesis, i, parts))}
+            lesser |= set(parts) - set(_story(hypothesis, parts))
     result = [
         replace(f, grade="contribution") if f.grade == "cause" and set(members(hypothesis, f)) <= lesser else f
         for f in findings
@@ -51,9 +51,17 @@ def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:
     return [i for i in group if any(i != k and are_one_torque(names[i], names[k]) for k in group)]
 
 
-def _cost_alone(hypothesis: Hypothesis, i: int, parts: Sequence[int]) -> float:
-    """The squared left-out residual, in units of the noise, with accepted effect i and without the other ``parts``."""
-    rest, one = without_effects(hypothesis, parts), hypothesis.accepted[i]
-    columns = hypothesis.columns(one.candidate, one.effect)
-    squares = rest.left_out_fits.squares_of_blocks(columns, prior_precision(one.effect, columns.count))
-    return float((hypothesis.fit.weights**2 * squares).sum())
+def _story(hypothesis: Hypothesis, parts: Sequence[int]) -> list[int]:
+    """The part that says most by itself; or all laws among them, where these together say as much: each is a name, and a curve is none."""
+    first = min(parts, key=lambda i: _cost_with(hypothesis, [i], parts))
+    laws = [i for i in parts if hypothesis.accepted[i].effect.family is not Family.LEARNED]
+    if first in laws or len(laws) < 2:
+        return [first]
+    better = _cost_with(hypothesis, laws, parts) <= _cost_with(hypothesis, [first], parts)
+    return laws if better else [first]
+
+
+def _cost_with(hypothesis: Hypothesis, some: Sequence[int], parts: Sequence[int]) -> float:
+    """The squared left-out residual, in units of the noise, with ``some`` accepted effects and without the other ``parts``."""
+    rest = without_effects(hypothesis, [i for i in parts if i not in some])
+    return float((hypothesis.fit.weights**2 * rest.left_out_squares).sum())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,8 +15,10 @@ from physident.effects.learned.curve import LearnedCurve
 
 Array = NDArray[np.float64]
 OPEN = 2.0  # standard errors of the level of a curve: where these reach as far as all of its shape, nobody knows which way it pushes
+STANDSTILL = 0.02  # of the fastest speed: below, a curve that is smooth imitates no jump
+HELD = (("dry", "the level"), ("viscous", "the straight line"))  # what a law of friction may hold of a curve
 VISITED = 400  # places, as often as rows have been near them
-POINTS = 60  # of a curve in a file and in a picture: three for each piece of its splines
+POINTS = 100  # of a curve in a file and in a picture: three for each piece of its splines
 
 
 def curve_band(hypothesis: Hypothesis, accepted: AcceptedEffect, uncertainty: Uncertainty) -> CurveBand | None:
@@ -66,8 +70,9 @@ def curve_in_words(
     """Where a curve is surely largest of the places where recordings have been, and between which of them it is at least half of that."""
     x, torque, _, top = _where_surest(hypothesis, accepted, effect, uncertainty)
     words = effect.points_in_words(hypothesis.problem.model.robot, 0, x, torque, top)
-    line, mean = (of(hypothesis, accepted, effect).any() for of in (_open_line, _open_mean))
-    words += ", beyond the straight line that viscous friction of the model holds" if line else ""
+    held = [words for law, words in HELD if law in _open_laws(hypothesis, accepted, effect)]
+    words += f", beyond {' and '.join(held)} that other friction of the joint holds" if held else ""
+    mean = _open_mean(hypothesis, accepted, effect).any()
     words += ", from its mean there, of which another parameter of the model may hold any part" if mean else ""
     return words
 
@@ -75,11 +80,14 @@ def curve_in_words(
 def _where_surest(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array, int]:
-    """Places (VISITED,) where recordings have been, a curve's torque and its standard error (VISITED,) [N m|N] there, from its mean and beyond a
-    straight line where these are open, and at which of them it is surely largest."""
+    """Places (V,) where recordings have been, a curve's torque and its standard error (V,) [N m|N] there, from its mean and beyond other
+    friction where these are open, and at which of them it is surely largest."""
     x, places = _visited(hypothesis, accepted, effect), _places(hypothesis, accepted)
-    line, mean = (of(hypothesis, accepted, effect) for of in (_open_line, _open_mean))
-    Phi = effect.shapes_at(hypothesis.problem.model.robot, x) - mean - np.outer(x, line)
+    if "dry" in _open_laws(
+        hypothesis, accepted, effect
+    ):  # at standstill the level of dry friction jumps, and the curve does not
+        x = x[np.abs(x) > STANDSTILL * np.abs(x).max()]
+    Phi = _own_shapes(hypothesis, accepted, effect, x)
     torque, std = Phi @ _theta(hypothesis, accepted), _errors(Phi, uncertainty.theta.covariance[np.ix_(places, places)])
     return x, torque, std, _surest(torque, uncertainty.half * std)
 
@@ -87,12 +95,12 @@ def _where_surest(
 def _with_error(
     hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, uncertainty: Uncertainty
 ) -> tuple[Array, Array, Array]:
-    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): from its mean and beyond a straight line,
+    """Points of the curve's range (S,), its torque there (S,) [N m|N] and the standard error (S,): from its mean and beyond other friction,
     where these are open."""
     places, theta = _places(hypothesis, accepted), _theta(hypothesis, accepted)
-    x, _, Phi = effect.curve(hypothesis.problem.model.robot, theta)
+    x = effect.curve(hypothesis.problem.model.robot, theta)[0]
     covariance = uncertainty.theta.covariance[np.ix_(places, places)]
-    Phi = Phi - _open_mean(hypothesis, accepted, effect) - np.outer(x, _open_line(hypothesis, accepted, effect))
+    Phi = _own_shapes(hypothesis, accepted, effect, x)
     return x, Phi @ theta, _errors(Phi, covariance)
 
 
@@ -111,18 +119,41 @@ def _open_mean(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: Learned
     return mean if is_open else np.zeros_like(mean)
 
 
-def _open_line(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> Array:
-    """The slope (modes,) of a curve's modes over velocity, where viscous friction of the joint is refitted beside them: which of the two
-    holds a straight line is for the curve's prior to say, and no property of the arm. Zeros otherwise."""
-    problem, robot = hypothesis.problem, hypothesis.problem.model.robot
-    joint = accepted.candidate.joints[0] - 1
-    x = _visited(hypothesis, accepted, effect)
-    Phi = effect.shapes_at(robot, x)
-    terms = [t for one, theta in problem.model.effect_parameters() for t in one.joint_terms(robot, theta) or ()]
-    damped = any(t.damping is not None and joint in t.joints for t in terms)
-    if effect.variable != "velocity" or problem.question != "missing" or not damped:
-        return np.zeros(Phi.shape[1])
-    return np.linalg.lstsq(np.column_stack([x, np.ones_like(x)]), Phi, rcond=None)[0][0]
+def _own_shapes(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve, x: Array) -> Array:
+    """Values (S, modes) of a curve's modes at points x (S,), less their mean and what other friction of the joint may hold of them, where these
+    are open. A line and a level are those nearest to the curve over its range, each way of motion apart from standstill."""
+    robot, laws = hypothesis.problem.model.robot, _open_laws(hypothesis, accepted, effect)
+    Phi = effect.shapes_at(robot, x) - _open_mean(hypothesis, accepted, effect)
+    if not laws:
+        return Phi
+    seen = _visited(hypothesis, accepted, effect)
+    seen = seen[np.abs(seen) > STANDSTILL * np.abs(seen).max()]
+    held = np.linalg.lstsq(_laws_at(laws, seen), effect.shapes_at(robot, seen), rcond=None)[0]
+    held[-1] = 0.0  # a mean of both ways is the curve's own
+    return Phi - _laws_at(laws, x) @ held
+
+
+def _laws_at(laws: Collection[str], x: Array) -> Array:
+    """What some laws of friction are at velocities x (S,), and a constant (S, laws + 1)."""
+    columns = {"dry": np.sign(x), "viscous": x}
+    return np.column_stack([*(columns[law] for law in laws), np.ones_like(x)])
+
+
+def _open_laws(hypothesis: Hypothesis, accepted: AcceptedEffect, effect: LearnedCurve) -> list[str]:
+    """Which friction of the joint is fitted beside a curve over velocity, "viscous" or "dry": which of the two holds a straight line, or a level
+    either way, is for the curve's prior to say, and no property of the arm."""
+    problem, extended = hypothesis.problem, hypothesis.extension.model
+    joint = accepted.candidate.joints[0]
+    own = {one.effect.name for one in hypothesis.accepted if one.candidate.joints in ((joint,), ())}
+    if problem.question == "missing":
+        own |= {one.name for one in problem.model.effects}
+    found = set[str]()
+    for one, theta in extended.effect_parameters():
+        for term in one.joint_terms(problem.model.robot, theta) or () if one.name in own else ():
+            if joint - 1 in term.joints:
+                found |= {"viscous"} if term.damping is not None else set()
+                found |= {"dry"} if term.dry is not None else set()
+    return [law for law, _ in HELD if law in found] if effect.variable == "velocity" else []
 
 
 def _places(hypothesis: Hypothesis, accepted: AcceptedEffect) -> NDArray[np.intp]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from physident.diagnosis.learned.more_laws import with_more_laws
 from physident.diagnosis.learned.nearest_law import laws_by_share
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
@@ -59,7 +60,7 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
         a is b for a, b in zip(now.accepted, start.accepted, strict=True)
     ):
         return found
-    return _finished(replace(found, overfull=overfull), pool, now, curves)
+    return with_more_laws(_finished(replace(found, overfull=overfull), pool, now, curves), progress)
 
 
 def joints_with_structure(hypothesis: Hypothesis) -> list[int]:

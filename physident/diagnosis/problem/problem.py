@@ -87,6 +87,12 @@ class DiagnosisProblem:
         return self.given.sigma**2 * np.sum(self.scale[rows] ** 2, axis=0)
 
     @cached_property
+    def torque_noise(self) -> Array:
+        """What the filter passes (n,) [N m|N] of the torque signals' own white noise."""
+        gains = [float(np.sqrt(np.sum(self.filter.taps(one.rate) ** 2))) for one in self.signals]
+        return np.mean([gain * one.torque_noise for gain, one in zip(gains, self.signals, strict=True)], axis=0)
+
+    @cached_property
     def resting_joints(self) -> frozenset[int]:
         """Joints (from 1) that no recording moves: what their velocity shows is noise."""
         fastest = np.max([magnitude(one.v) for one in self.signals], axis=0)

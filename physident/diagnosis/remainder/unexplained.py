@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
-REPEATS = 3.0  # times what differs where a motion repeats: eight ninths of its power are the same there, and no noise
+REPEATS = 3.0  # times what differs where a motion repeats, or the torque's noise: eight ninths of its power are no such noise
 GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
 LARGER = 2.0  # times, where nothing says what is usual: structure however short it remembers
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
@@ -44,7 +44,7 @@ class Unexplained:
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
     twice; ``friction_between``: what of it is friction that differs between recordings; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
     of its own recordings, None where that is not asked, and ``usual_times``: how many it is at most where nothing has changed, None where too few
-    recordings tell."""
+    recordings tell. ``times_noise``: how many times what the filter passes of the torque signal's own noise, rows that a rest leaves open counted less."""
 
     joint: int
     rms: float
@@ -64,6 +64,7 @@ class Unexplained:
     bursts: tuple[Burst, ...] = ()
     times_own: float | None = None
     usual_times: float | None = None
+    times_noise: float | None = None
 
     @property
     def grown(self) -> bool:
@@ -91,6 +92,11 @@ class Unexplained:
         return (self.remembers and not self.as_own) or (self.times_own or 0.0) > (self.usual_times or LARGER)
 
     @property
+    def is_loud(self) -> bool:
+        """Whether it is by far more than the torque signal's own noise, where nothing says what is usual."""
+        return self.times_own is None and (self.times_noise or 0.0) > REPEATS
+
+    @property
     def description(self) -> str:
         """The largest of what it shows against, in words."""
         shares = {
@@ -104,6 +110,8 @@ class Unexplained:
             else "no dependence on velocity, position, load or time"
         )
         kind = "" if self.remembers else "it remembers no longer than noise; "
+        if self.is_loud and not self.remembers:
+            kind = f"it remembers no longer than noise, but is {self.times_noise:.1f} times that of the torque signal; "
         most = max(self.predictable or 0.0, shares[name])
         bound = (
             f"; at most {100 * most:.0f} % of it is any function of the joint's position, velocity, acceleration and load"
@@ -136,7 +144,8 @@ def beside_own(
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:
     """The joints whose residual is structured and larger than what differs where a motion repeats, or than the model's own recordings show
     by far: what comes and goes by itself is no function of the motion, and new nevertheless. Where there are none to say what is usual, it is
-    also structure, however short it remembers, if nearly all of it repeats with the motion.
+    also structure, however short it remembers, if nearly all of it repeats with the motion, or where no motion repeats, is more than the torque
+    signal's own noise.
 
     This is the one rule that the verdict, the text, the report and the session follow.
     """
@@ -144,7 +153,7 @@ def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | N
 
     def is_more(one: Unexplained) -> bool:
         repeats = noise_floor is not None and one.times_own is None and one.rms > REPEATS * noise_floor[one.joint - 1]
-        return repeats or (one.structured and (one.rms > floor[one.joint - 1] or one.grown))
+        return repeats or (noise_floor is None and one.is_loud) or (one.structured and (one.rms > floor[one.joint - 1] or one.grown))
 
     return tuple(filter(is_more, unexplained))
 
@@ -171,7 +180,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
     # a joint that stands is held by its friction, and by no more than that
     holds = np.abs(residual) <= dry_level(hypothesis.extension.model)
     creeping = holds & (np.abs(v) < MOVING_SPEED * hypothesis.problem.model.robot.radian)
-    between = friction_between(hypothesis)
+    between, times_noise = friction_between(hypothesis), _times_noise(hypothesis)
     result = []
     for j, r in enumerate(residual.T):
         power, frequency = _spectrum(r, regressor.segment, rate)
@@ -203,9 +212,19 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 predictable=predictable_share(r, states, regressor.time, regressor.recording, apart),
                 friction_between=between[j],
                 bursts=bursts_of(r, since, regressor.recording, names, worth, creeping[:, j]),
+                times_noise=float(times_noise[j]),
             )
         )
     return tuple(result)
+
+
+def _times_noise(hypothesis: Hypothesis) -> Array:
+    """How many times (n,) what the torque's own noise makes the residual is; beside exact recordings, what a sensor would tell."""
+    problem = hypothesis.problem
+    weights = problem.weights**2
+    rms = np.sqrt(np.sum(hypothesis.fit.residual**2, axis=0) / np.maximum(weights.sum(axis=0), 1e-300))
+    exact = EXACT * np.sqrt(np.mean(hypothesis.torque**2, axis=0))
+    return rms / np.maximum(np.maximum(problem.torque_noise, exact), 1e-300)
 
 
 def incomplete_joints(estimate: Estimate, remainder: Sequence[Unexplained]) -> tuple[int, ...]:

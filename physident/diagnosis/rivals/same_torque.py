@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.problem.problem import DiagnosisProblem
+from physident.diagnosis.rivals.refuted import is_refuted
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
@@ -116,9 +117,10 @@ def by_simpler(
 
     At reversals an effect that follows the distance fits better than the same friction by the sign of a velocity that is known with
     noise: presliding over no distance is Coulomb friction. So is friction that grows with a load that is always the same. A curve over
-    another quantity is nothing simpler: it was held against this one on left-out rows.
+    another quantity is nothing simpler: it was held against this one on left-out rows. What these rows refute stands for nothing.
     """
     taken, result, stands_for = {a.candidate.key for a in hypothesis.accepted}, [], dict[Key, Key]()
+    weights = hypothesis.fit.weights**2
     for one in hypothesis.accepted:
         simpler = [
             c
@@ -136,7 +138,11 @@ def by_simpler(
         rest = [a for a in hypothesis.accepted if a is not one]
         beside = state_hypothesis(hypothesis.problem, rest, hypothesis.model, hypothesis.data)
         chosen = min(simpler, key=lambda c: c.size)
-        result.append(AcceptedEffect(chosen, refine_shape(beside, chosen)))
+        instead = beside.with_effect(chosen, refine_shape(beside, chosen))
+        if is_refuted(*(weights * state.left_out_squares for state in (hypothesis, instead))):
+            result.append(one)
+            continue
+        result.append(instead.accepted[-1])
         taken.add(chosen.key)
         stands_for[chosen.key] = one.candidate.key
     return tuple(result), stands_for

@@ -24,7 +24,7 @@ from physident.effects.classification import Family, Scope
 from physident.effects.effect import Effect
 from physident.effects.learned.curve import LearnedCurve
 from physident.effects.learned.curves import LearnedTorque
-from physident.effects.measurement import LateFriction, LeakingChannels, TorqueConstant, TorqueDelay
+from physident.effects.measurement import LateFriction, LeakingChannels, TimeDelay, TorqueConstant, TorqueDelay
 from physident.effects.scales.friction_level import FrictionLevel
 from physident.effects.scales.torque_scale import TorqueScale
 from physident.identifiability.visibility import VISIBLE
@@ -140,12 +140,13 @@ def is_not_imitated(hypothesis: Hypothesis, candidate: Candidate) -> bool:
 
 
 def lags_as_a_whole(hypothesis: Hypothesis, candidate: Candidate) -> bool:
-    """Whether a late channel predicts left-out rows better than a lag of friction alone, by more than its standard error over blocks: friction
+    """Whether late channels predict left-out rows better than a lag of friction alone, by more than its standard error over blocks: friction
     that builds up over a distance lags, too, and what a joint carries does not. True of any other candidate."""
     effect = candidate.options[0].effect
-    if not isinstance(effect, TorqueDelay):
+    if not isinstance(effect, TorqueDelay | TimeDelay):
         return True
-    gain = (_cost_of(hypothesis, LateFriction(effect.joints)) - left_out_costs(hypothesis, candidate)).sum(axis=1)
+    joints = effect.joints if isinstance(effect, TorqueDelay) else None  # each of them by a lag of its own
+    gain = (_cost_of(hypothesis, LateFriction(joints)) - left_out_costs(hypothesis, candidate)).sum(axis=1)
     return bool(gain.sum() > standard_error(gain))
 
 

@@ -64,7 +64,7 @@ def search_effects(
     tried: list[list[Key]] = []
     sized, pairs = frozenset[Key](), dict[Key, Key]()
     while rounds < ROUNDS:
-        accepted, last = _add_while_better(searched, accepted, first, progress)
+        accepted, last = add_while_better(searched, accepted, first, progress)
         stays = (*problem.missing_default_effects, *succeeded_laws(last.hypothesis))
         found = find_replacement(last.hypothesis, stays) if replaced < REPLACEMENTS else None
         if found is not None:
@@ -155,7 +155,7 @@ def settled_hypothesis(
     return fresh if before.is_near(model) else state_hypothesis(problem, accepted, model)
 
 
-def _add_while_better(
+def add_while_better(
     problem: DiagnosisProblem,
     accepted: tuple[AcceptedEffect, ...],
     first: CandidateScores,
@@ -201,7 +201,7 @@ def _with_share_of_most(
     )
     if others:
         elsewhere = [c.key for c in problem.candidates if not (c.joints and set(c.joints) <= others)]
-        kept, _ = _add_while_better(_without(problem, elsewhere), kept, first, progress)
+        kept, _ = add_while_better(_without(problem, elsewhere), kept, first, progress)
     return tuple(replace(one, effect=sized) if one is even else one for one in kept)
 
 

@@ -51,7 +51,6 @@ class LearnedVelocity(LearnedCurve):
     is_held: ClassVar[bool] = (
         False  # few rows are fast: what all of them leave says little of friction at the highest speeds
     )
-    pieces: ClassVar[int] = 16
     quantity_unit: ClassVar[str] = "rad/s"
     dependence: ClassVar[str] = "velocity"
 
