@@ -25,7 +25,7 @@ from tests.exact_friction import exact_arm
 from tests.opened import opened
 from tests.plant import Arm, Sensors, hide, multisine, record
 from tests.searched_once import searched_once
-from tests.serial_arms import ARMS, urdf
+from tests.serial_arms import ARMS, swung, urdf
 from tests.test_friction_level_of_bristles import LEVEL, recorded
 
 pytestmark = pytest.mark.slow
@@ -168,13 +168,20 @@ def test_a_model_is_not_extended_by_a_patchwork(tmp_path: Path, monkeypatch: pyt
     assert "alone" not in str(confirmed)
 
 
+def bending(seed: int) -> pid.Recording:
+    """Twenty seconds of two joints, by pinocchio, whose friction grows with the square of the speed."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 20.0, 0.004)
+    q, v, tau = swung(rng, time)
+    tau += np.array([2.0, 6.0]) * v * np.abs(v) + 0.05 * rng.standard_normal(tau.shape)
+    return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=str(seed))
+
+
 def test_a_joint_that_was_found_beside_what_is_not_carried_is_a_hint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Friction bends on both joints; that of the first is taken for one that does not meet the conditions beside the other alone."""
+    """Friction bends on both joints, most on the second; that of the first is taken for one that does not meet the conditions beside it alone."""
     (tmp_path / "two.urdf").write_text(urdf(ARMS["two"]))
-    runs = [recorded(seed, LEVEL) for seed in (41, 42)]
-    runs = [replace(one, effort=one.effort + 2.0 * one.dq * np.abs(one.dq)) for one in runs if one.dq is not None]
+    runs = [bending(seed) for seed in (41, 42)]
     estimate = pid.identify(pid.load_robot(tmp_path / "two.urdf"), runs)
     monkeypatch.setattr(
         searched, "search_and_learn", lambda problem, progress: replace(search_effects(problem), overfull=True)

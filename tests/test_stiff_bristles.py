@@ -65,6 +65,8 @@ def test_a_description_without_friction_lacks_no_delay(robot: pid.Robot, number:
     assert told["presliding_hysteresis"].grade == "cause"
     assert [p.value for p in told["rotor_inertia"].parameters] == pytest.approx(ROTOR, rel=0.03)
     assert leaves(found).max() < 2
+    for cause in found.causes:  # a description without it has no Coulomb friction to lose
+        assert cause.effect != "coulomb_friction" or max(p.value for p in cause.parameters) > 0, repr(found)
 
 
 def test_a_delay_beside_bristles_is_found(robot: pid.Robot) -> None:

@@ -12,13 +12,14 @@ from dataclasses import replace
 
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.rivals.successors import is_succeeded
+from physident.diagnosis.rivals.successors import is_less_than_none, is_succeeded
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.classification import Family
 from physident.effects.learned.one_torque import are_one_torque
 
 REPLACED = "friction that builds up over a distance stands in its place: both together are nearly what the model had"
+OVERTAKEN = "friction that builds up over a distance stands in its place: only both together are what the joint has"
 
 
 def one_cause_a_torque(
@@ -36,13 +37,18 @@ def one_cause_a_torque(
         replace(f, grade="contribution") if f.grade == "cause" and set(members(hypothesis, f)) <= lesser else f
         for f in findings
     ]
-    result = [
-        replace(f, grade="contribution", no_cause=REPLACED)
-        if f.grade == "cause" and all(is_succeeded(hypothesis, i, uncertainty) for i in members(hypothesis, f))
-        else f
-        for f in result
-    ]
+    result = [_beside_its_successor(hypothesis, f, uncertainty) if f.grade == "cause" else f for f in result]
     return tuple(sorted(result, key=lambda f: f.grade != "cause"))  # each grade stays in its order
+
+
+def _beside_its_successor(hypothesis: Hypothesis, cause: Finding, uncertainty: Uncertainty) -> Finding:
+    """A cause, as a contribution where another effect has taken the place of its law on each joint."""
+    at = members(hypothesis, cause)
+    if all(is_succeeded(hypothesis, i, uncertainty) for i in at):
+        return replace(cause, grade="contribution", no_cause=REPLACED)
+    if all(is_succeeded(hypothesis, i, uncertainty) or is_less_than_none(hypothesis, i) for i in at):
+        return replace(cause, grade="contribution", no_cause=OVERTAKEN)
+    return cause
 
 
 def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:

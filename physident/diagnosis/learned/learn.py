@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.learned.more_laws import with_more_laws
-from physident.diagnosis.learned.nearest_law import laws_by_share
+from physident.diagnosis.learned.nearest_law import changed_laws, laws_by_share
 from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
@@ -60,7 +60,13 @@ def learn_curves(found: SearchResult, progress: Callable[[str], None] = lambda _
         a is b for a, b in zip(now.accepted, start.accepted, strict=True)
     ):
         return found
-    return with_more_laws(_finished(replace(found, overfull=overfull), pool, now, curves), progress)
+    finished = _finished(replace(found, overfull=overfull), pool, now, curves)
+    now = _with_laws_of_their_shape(
+        finished.last.hypothesis, progress
+    )  # beside what the curves made redundant none took as much
+    if now is not finished.last.hypothesis:
+        finished = replace(finished, accepted=now.accepted, last=score_candidates(now))
+    return with_more_laws(finished, progress)
 
 
 def joints_with_structure(hypothesis: Hypothesis) -> list[int]:
@@ -156,16 +162,16 @@ def _with_replacement(
 
 
 def _with_laws_of_their_shape(now: Hypothesis, progress: Callable[[str], None]) -> Hypothesis:
-    """The hypothesis with a law that the model has in the place of each curve, and of its joint's laws of the same quantity, where that takes
-    as much alone: what changed is its value. Beside a law that the model lacks, a curve is what this leaves, and of use."""
+    """The hypothesis with laws that the model has in the place of each curve, and of its joint's laws of the same quantity, where these take
+    as much: what changed is their values. Beside a law that the model lacks, a curve is what this leaves, and of use."""
     for curve in [one for one in now.accepted if isinstance(one.effect, LearnedCurve)]:
         (joint,), variable = curve.candidate.joints, curve.effect.variable
         parts = [one for one in now.accepted if one is curve or _is_law(now, one, joint, variable or "")]
         rest = state_hypothesis(now.problem, [a for a in now.accepted if a not in parts], now.model, now.data)
-        law = _law_of_its_shape(rest, curve.candidate)
-        if law is not None and law.candidate.key in now.problem.present:
-            progress(f"removed {', '.join(map(placed, parts))}: {placed(law)} takes as much alone")
-            now = state_hypothesis(now.problem, (*rest.accepted, law), now.model, now.data)
+        laws = changed_laws(rest, curve.candidate)
+        if laws:
+            progress(f"{' and '.join(map(placed, laws))} in the place of {', '.join(map(placed, parts))}")
+            now = state_hypothesis(now.problem, (*rest.accepted, *laws), now.model, now.data)
     return now
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.search.acceptance import contradiction
+from physident.diagnosis.search.acceptance import contradiction, left_out_costs
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.effects.classification import Detection
 from physident.effects.learned.curve import LearnedCurve
@@ -15,6 +16,7 @@ from physident.effects.scales.shared_scale import SharedScale
 SAME_SHAPE = 15.0  # % of a curve's RMS: a law that is nearer describes it as well as values are asked to be known
 AS_MUCH = 1 - (SAME_SHAPE / 100) ** 2  # of a curve's power
 NEARLY = 0.9  # of a curve's power: a law that takes as much may be the whole truth where a model errs
+TOGETHER = 2  # laws of the model whose values may have changed: of dry and of viscous friction
 LEAST = 0.05  # of a curve: a law that takes less is not near it
 
 
@@ -50,17 +52,36 @@ def laws_by_share(rest: Hypothesis, curve: Candidate) -> list[NearLaw]:
     (joint,), laws = curve.joints, laws_of_joint(rest, curve.joints)
     data = replace(rest.data, candidates=(curve, *laws))
     taken = left_out_gains(data, rest.baseline, rest.fit, products=rest.products).gain.sum(axis=1)[:, joint - 1, 0]
-    shares = taken[1:] / max(float(taken[0]), 1e-300)
-    usual = rest.usual_power(joint)
+    most, usual = max(float(taken[0]), 1e-300), rest.usual_power(joint)
     found = [
-        NearLaw(
-            law=law,
-            share=float(share),
-            is_enough=bool(share >= AS_MUCH or (share >= NEARLY and (1 - share) * taken[0] <= usual)),
-        )
-        for law, share in zip(laws, shares, strict=True)
+        NearLaw(law=law, share=float(power) / most, is_enough=_is_enough(float(power), most, usual))
+        for law, power in zip(laws, taken[1:], strict=True)
     ]
     return sorted(found, key=lambda one: -one.share)
+
+
+def _is_enough(power: float, most: float, usual: float) -> bool:
+    """Whether a law takes as much ``power`` as a curve, whose is ``most``, or nearly, and what it leaves of that is ``usual``."""
+    return power >= AS_MUCH * most or (power >= NEARLY * most and most - power <= usual)
+
+
+def changed_laws(rest: Hypothesis, curve: Candidate) -> tuple[AcceptedEffect, ...]:
+    """The law that the model has, or the two of them, that take as much as a curve of their joint, beside a hypothesis without all three; empty
+    where there are none. More dry and less viscous friction bend no curve: both of the model's values have changed."""
+    joint, now, found, weights = curve.joints[0] - 1, rest, (), rest.fit.weights
+    before = left_out_costs(rest, None, weights)[:, joint].sum()
+    most = before - left_out_costs(rest, curve, weights)[:, joint].sum()
+    for _ in range(TOGETHER):
+        laws = [near.law for near in laws_by_share(now, curve) if near.law.key in rest.problem.present]
+        possible = [law for law in laws if law.joints == curve.joints and contradiction(now, law) is None]
+        if not possible:
+            return ()
+        found = (*found, AcceptedEffect(possible[0], refine_shape(now, possible[0])))
+        now = state_hypothesis(rest.problem, (*rest.accepted, *found), rest.model, rest.data)
+        taken = before - left_out_costs(now, None, weights)[:, joint].sum()
+        if _is_enough(float(taken), float(most), rest.usual_power(joint + 1)):
+            return found
+    return ()
 
 
 def nearest_law(hypothesis: Hypothesis, accepted: AcceptedEffect) -> str:

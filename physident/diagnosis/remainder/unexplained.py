@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
 BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
-REPEATS = 3.0  # times what differs where a motion repeats, or the torque's noise: eight ninths of its power are no such noise
+REPEATS = (
+    3.0  # times what differs where a motion repeats, or the torque's noise: eight ninths of its power are no such noise
+)
 GROWN = 3.0  # times: only a large difference is told, for a model errs more along any motion that it never saw
 LARGER = 2.0  # times, where nothing says what is usual: structure however short it remembers
 NEARLY_ALL = 0.9  # of its power: that at most so much is a function of the state says nothing
@@ -153,7 +155,11 @@ def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | N
 
     def is_more(one: Unexplained) -> bool:
         repeats = noise_floor is not None and one.times_own is None and one.rms > REPEATS * noise_floor[one.joint - 1]
-        return repeats or (noise_floor is None and one.is_loud) or (one.structured and (one.rms > floor[one.joint - 1] or one.grown))
+        return (
+            repeats
+            or (noise_floor is None and one.is_loud)
+            or (one.structured and (one.rms > floor[one.joint - 1] or one.grown))
+        )
 
     return tuple(filter(is_more, unexplained))
 

@@ -123,7 +123,15 @@ def _unexplained(data: Any) -> Any:
         return data
     told = ([one["burst"]] if one.get("burst") else [] for one in data)
     return [
-        {"predictable": None, "friction_between": None, "bursts": bursts, "times_own": None, "usual_times": None, "times_noise": None, **one}
+        {
+            "predictable": None,
+            "friction_between": None,
+            "bursts": bursts,
+            "times_own": None,
+            "usual_times": None,
+            "times_noise": None,
+            **one,
+        }
         for one, bursts in zip(data, told, strict=True)
     ]
 

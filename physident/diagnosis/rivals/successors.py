@@ -61,6 +61,13 @@ def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bo
     return bool(abs(together) <= min(open_to, MOST * abs(hypothesis.effect_values[i][0])))
 
 
+def is_less_than_none(hypothesis: Hypothesis, i: int) -> bool:
+    """Whether another effect has taken the place of an accepted change of a law (its index), and more than all that the law had: what friction
+    holds back is the sum of both, and no law alone is less than none."""
+    value = hypothesis.extension.model.theta[hypothesis.extension.places[i]]
+    return _successor(hypothesis, i) is not None and bool(value[0] <= 0)
+
+
 def _successor(hypothesis: Hypothesis, i: int) -> tuple[int, float] | None:
     """The accepted effect (its index) with a memory that an accepted change of a law gives way to, and what a unit of it comes to once it has
     settled, in units of the law; None where there is none."""
