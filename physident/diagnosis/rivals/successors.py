@@ -62,10 +62,11 @@ def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bo
 
 
 def is_less_than_none(hypothesis: Hypothesis, i: int) -> bool:
-    """Whether another effect has taken the place of an accepted change of a law (its index), and more than all that the law had: what friction
-    holds back is the sum of both, and no law alone is less than none."""
-    value = hypothesis.extension.model.theta[hypothesis.extension.places[i]]
-    return _successor(hypothesis, i) is not None and bool(value[0] <= 0)
+    """Whether another effect has the place of an accepted law (its index) of which the model had nothing, and the law takes some of it back: only
+    the sum of both is friction."""
+    value = hypothesis.extension.model.theta[hypothesis.extension.places[i]][0]
+    had = value - hypothesis.effect_values[i][0]
+    return _successor(hypothesis, i) is not None and bool(value <= 0 and had <= 0)
 
 
 def _successor(hypothesis: Hypothesis, i: int) -> tuple[int, float] | None:
