@@ -18,6 +18,7 @@ from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.dynamics.regressor import Regressor, build_regressor
 from physident.estimation.dry_friction.row_weights import row_weights
 from physident.estimation.estimate import Estimate
+from physident.estimation.shapes.curve_priors import prior_sizes
 from physident.estimation.weighting import SMALLEST, information_in, weight_rows
 from physident.large_arrays import blocks
 from physident.recordings.signals import Signals
@@ -71,10 +72,12 @@ def theta_without_each(estimate: Estimate, own: Sequence[Signals]) -> Array:
 
 
 def _rows(estimate: Estimate, own: Sequence[Signals]) -> Regressor:
-    """The model's rows of some recordings, as they count in a fit."""
+    """The model's rows of some recordings, as they count in a fit, and those that its prior, such as that of a curve's smoothness, counts for."""
     model = estimate.model
     rows = build_regressor(model.robot, model.effects, own, estimate.filter, model=model)
-    return weight_rows(rows, row_weights(model.robot, model.effects, rows, own, estimate.filter))
+    noise = np.maximum(estimate.sigma[[column.joint - 1 for column in rows.columns]], SMALLEST)
+    weighted = weight_rows(rows, row_weights(model.robot, model.effects, rows, own, estimate.filter))
+    return replace(weighted, prior=(noise / prior_sizes(model.robot, model.effects)) ** 2)
 
 
 def _equations(rows: Regressor, estimate: Estimate) -> list[_Equations]:
@@ -99,9 +102,8 @@ def _equations(rows: Regressor, estimate: Estimate) -> list[_Equations]:
 
 
 def _prior(rows: Regressor, estimate: Estimate) -> Array:
-    """The information (r, r) of the model's prior, such as that of a curve's smoothness."""
-    if rows.prior is None:
-        return np.zeros((estimate.base.r, estimate.base.r))
+    """The information (r, r) of the model's prior."""
+    assert rows.prior is not None
     noise = np.maximum(estimate.sigma[[column.joint - 1 for column in rows.columns]], SMALLEST)
     return np.diag((rows.prior / noise**2)[estimate.base.independent])
 

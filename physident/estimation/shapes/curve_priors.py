@@ -59,7 +59,7 @@ def are_near(one: Sequence[Effect], other: Sequence[Effect]) -> bool:
 
 def with_prior(robot: Robot, effects: Sequence[Effect], regressor: Regressor) -> Regressor:
     """The regressor with the rows that the effects' priors count for, given the size and the memory of the noise."""
-    sizes = _prior_sizes(robot, effects)
+    sizes = prior_sizes(robot, effects)
     if not np.isfinite(sizes).any():
         return regressor
     joints = np.array([column.joint - 1 for column in regressor.columns])
@@ -99,7 +99,7 @@ def with_amplitudes(robot: Robot, effects: Sequence[Effect], regressor: Regresso
     places = {
         (i, int(j)): np.flatnonzero((owner == i) & (joints == j)) for i in curves for j in np.unique(joints[owner == i])
     }
-    given = np.where(np.isfinite(sizes := _prior_sizes(robot, effects, missing=np.inf)), sizes, np.inf)
+    given = np.where(np.isfinite(sizes := prior_sizes(robot, effects, missing=np.inf)), sizes, np.inf)
     curves = {i: one.beside([float(rest.sigma[j]) for j in one.active(robot)]) for i, one in curves.items()}
     parts = {(i, j): curves[i].of_joint(robot, curves[i].active(robot).index(j - 1)) for i, j in places}
     chosen = {place: float(rest.sigma[place[1] - 1]) for place in places}
@@ -129,7 +129,7 @@ def _filled(
     return sizes
 
 
-def _prior_sizes(robot: Robot, effects: Sequence[Effect], missing: float | None = None) -> Array:
+def prior_sizes(robot: Robot, effects: Sequence[Effect], missing: float | None = None) -> Array:
     """Standard deviations (p,) of the priors, infinite where there is none."""
     parts = []
     for effect in effects:
