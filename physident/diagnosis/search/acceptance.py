@@ -31,6 +31,7 @@ from physident.identifiability.visibility import VISIBLE
 
 Array = NDArray[np.float64]
 RIVAL_STANDARD_ERRORS = 1.645  # of a paired difference: the true cause is then missed as a rival once in twenty
+BY_CHANCE = 6.6  # chi squared of one number: one in a hundred parameters contradicts earlier rows by more
 DOUBT = 2.0  # times an earlier threshold: what a fresh draw of surrogates moves it by is a tenth
 MAX_COMPARED = 8  # candidates compared block by block: more rivals would not be a useful answer
 
@@ -225,7 +226,7 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
     joints = [j - 1 for j in candidate.joints] or list(range(before.shape[1]))
     if candidate.key in hypothesis.problem.present:
-        relief = max(0.0, contradicted(hypothesis, None) - contradicted(hypothesis, candidate))
+        relief = max(0.0, contradicted(hypothesis, None) - contradicted(hypothesis, candidate) - BY_CHANCE)
         before = before + relief / (len(before) * len(joints)) * np.isin(np.arange(before.shape[1]), joints)
     low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
     return low > 0 and is_worth_naming(hypothesis, before, after)
