@@ -17,14 +17,16 @@ from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
 from physident.effects.learned.one_torque import is_curve_of
+from physident.effects.learned.velocity_curve import LearnedVelocity
 
 
 def with_more_laws(found: SearchResult, progress: Callable[[str], None] = lambda _: None) -> SearchResult:
-    """A search that has learned curves, with the laws of other quantities that are found beside them."""
+    """A search that has learned curves over velocity, with the laws of other quantities of the same joints that are found beside them."""
     now, problem = found.last.hypothesis, found.last.hypothesis.problem
-    if found.overfull:
+    curved = {one.candidate.joints for one in now.accepted if isinstance(one.effect, LearnedVelocity)}
+    if found.overfull or not curved:
         return found
-    held = {one.key for one in now.data.candidates if _is_held(now, one)}
+    held = {one.key for one in now.data.candidates if one.joints not in curved or _is_held(now, one)}
     narrower = replace(problem, barred=problem.barred | held)
     beside = state_hypothesis(narrower, now.accepted, now.model, now.data)
     if choose_candidate(rescore_candidates(beside, found.last)) is None:
