@@ -121,9 +121,24 @@ class Ramp:
 
 def swung(rng: np.random.Generator, time: Array) -> tuple[Array, Array, Array]:
     """Angles [rad], velocities and the torques (N, 2) [N m] of the links of the "two", along four sines of each joint at up to 2 rad/s."""
-    model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
+    return swinging(rng, time, ARMS["two"], 0.2, (0.5, 4.0))
+
+
+def swinging(
+    rng: np.random.Generator,
+    time: Array,
+    joints: tuple[Joint, ...],
+    reach: float,
+    pace: tuple[float, float],
+    rotor_inertia: Array | float = 0.0,
+) -> tuple[Array, Array, Array]:
+    """Angles [rad], velocities and the torques (N, n) [N m] of some joints' links and rotors [kg m^2], along four sines of each, of a ``reach``
+    [rad] and a ``pace`` [rad/s]."""
+    model = pin.buildModelFromXML(urdf(joints))
+    model.armature = np.full(len(joints), 0.0) + rotor_inertia
+    omega, phase = rng.uniform(*pace, (4, len(joints))), rng.uniform(0, 2 * np.pi, (4, len(joints)))
     angle = time[:, None, None] * omega + phase
-    q, v, a = (0.2 * part.sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)))
+    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
+    q, v, a = (reach * part.sum(axis=1) for part in parts)
     data = model.createData()
     return q, v, np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])

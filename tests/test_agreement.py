@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import physident as pid
@@ -17,7 +16,7 @@ from physident.diagnosis.problem.question import known_covariance
 from physident.dynamics.regressor import build_regressor
 from physident.estimation.identify import prepare_all
 from physident.estimation.results.predictions import predictions_of
-from tests.serial_arms import ARMS, urdf
+from tests.serial_arms import ARMS, swinging, urdf
 from tests.test_diagnosis_completed import stored
 
 pytestmark = pytest.mark.slow
@@ -122,12 +121,6 @@ def test_a_curve_is_held_where_only_the_recording_that_is_left_out_has_been(tmp_
 def with_cable(number: int, reach: float) -> pid.Recording:
     """Twenty seconds of two joints, by pinocchio, whose cable stiffens, within a part ``reach`` of their range."""
     rng, time = np.random.default_rng(number), np.arange(0.0, 20.0, 0.004)
-    omega, phase = rng.uniform(0.5, 4.0, (4, 2)), rng.uniform(0, 2 * np.pi, (4, 2))
-    angle = time[:, None, None] * omega + phase
-    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
-    q, v, a = (0.3 * reach * part.sum(axis=1) for part in parts)
-    model = pin.buildModelFromXML(urdf(ARMS["two"]))
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    q, v, tau = swinging(rng, time, ARMS["two"], 0.3 * reach, (0.5, 4.0))
     tau += 2.0 * v + 3.0 * q**3 + 0.05 * rng.standard_normal(tau.shape)
     return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=str(number))

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import physident as pid
-from tests.serial_arms import Joint, urdf
+from tests.serial_arms import Joint, swinging, urdf
 
 pytestmark = pytest.mark.slow
 
@@ -19,20 +18,14 @@ JOINTS = (
 )  # fmt: skip
 LEVEL, VISCOUS = np.array([6.0, 8.0, 5.0, 1.5]), np.array([8.0, 10.0, 5.0, 1.2])  # N m, N m s/rad
 ROTOR, NOISE = np.array([1.2, 1.5, 0.8, 0.15]), np.array([0.3, 0.3, 0.3, 0.09])  # kg m^2, N m
+PACE = (0.1 * np.pi, np.pi)  # rad/s
 SLIP, HUMP, AT = 0.0003, 9.0, 0.4  # rad, N m, rad/s
 
 
 def run(number: int, breakaway: float = 0.0, hump: float = 0.0) -> pid.Recording:
     """Twenty seconds; friction that has built up is larger by a share ``breakaway`` at rest, that of joint 2 by a ``hump`` [N m] about a speed."""
     rng, time = np.random.default_rng(number), np.arange(0.0, 20.0, 0.004)
-    omega, phase = 2 * np.pi * rng.uniform(0.05, 0.5, (4, 4)), rng.uniform(0, 2 * np.pi, (4, 4))
-    angle = time[:, None, None] * omega + phase
-    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
-    q, v, a = (0.25 * part.sum(axis=1) for part in parts)
-    model = pin.buildModelFromXML(urdf(JOINTS))
-    model.armature = ROTOR
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    q, v, tau = swinging(rng, time, JOINTS, 0.25, PACE, ROTOR)
     stretch, stretched = np.zeros(4), []
     for step in np.diff(q, axis=0, prepend=q[:1]):
         stretch = np.clip(stretch + step, -SLIP, SLIP)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import physident as pid
-from tests.serial_arms import Joint, urdf
+from tests.serial_arms import Joint, swinging, urdf
 
 pytestmark = pytest.mark.slow
 
@@ -22,13 +21,7 @@ DRY, VISCOUS = np.array([9.0, 10.0, 5.0]), np.array([7.0, 8.0, 4.0])  # N m, N m
 def run(number: int, dry: float = 1.0, viscous: float = 1.0) -> pid.Recording:
     """Twenty seconds by pinocchio; friction differs by 2 % from day to day, and that of joint 3 is so many times as large."""
     rng, time = np.random.default_rng(number), np.arange(0.0, 20.0, 0.004)
-    omega, phase = 2 * np.pi * rng.uniform(0.05, 0.5, (4, 3)), rng.uniform(0, 2 * np.pi, (4, 3))
-    angle = time[:, None, None] * omega + phase
-    parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
-    q, v, a = (0.25 * part.sum(axis=1) for part in parts)
-    model = pin.buildModelFromXML(urdf(JOINTS))
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    q, v, tau = swinging(rng, time, JOINTS, 0.25, (0.3, 3.1))
     day, third = rng.normal(1.0, 0.02, 3), np.array([0, 0, 1])
     level = DRY * (1 + third * (dry - 1)) * v / np.sqrt(v**2 + 0.01**2)
     tau += day * (level + VISCOUS * (1 + third * (viscous - 1)) * v) + 0.4 * rng.standard_normal(tau.shape)

@@ -1,8 +1,8 @@
 """One cause for all parts of a torque: the curves of a joint with the laws that these hold a part of, and a law that another one has replaced.
 
 A tight spot that drags as in oil is a curve over position, and what that leaves is one over velocity; a cable that stiffens is a curve and
-a spring. Only the part that says most by itself tells where to look, or the laws that say as much together. Dry friction that builds up over a distance takes the place of dry friction
-that turns at once: that the model has less of this one than before is no news.
+a spring. Only the part that says most by itself tells where to look, or the laws that say as much together.
+Dry friction that builds up over a distance takes the place of dry friction that turns at once: that the model has less of this one than before is no news.
 """
 
 from __future__ import annotations
