@@ -19,7 +19,7 @@ This page is written by `docs/effects_page.py` from the classes in `physident/ef
 [CONTRIBUTING.md](../../CONTRIBUTING.md#add-an-effect) shows how to add one.
 
 In the equations, `sgn v` is the expected sign of the velocity: as sharp as the recording tells it, and at rest any value between the
-sign before and the sign after ([friction near zero speed](../explanation/friction_near_zero_speed.md)). `tau_load` is the torque of inertia and gravity, and
+sign before and the sign after ([friction near zero speed](../explanation/friction_near_zero_speed.md)). `tau_load` is the torque of the links' inertia and gravity, and
 `tau_m` is the torque of all effects except those on the measurement, which act last. Columns that depend on the model's
 torque are evaluated again with the current model until they no longer change. A shape parameter that is not given is
 searched within the recordings: first on a grid, then refined, with all linear parameters refitted.

@@ -65,3 +65,26 @@ def test_of_two_that_are_not_mostly_new_the_less_certain_goes_first(monkeypatch:
         extension=SimpleNamespace(places=[np.array([3]), np.array([4])]),
     )
     assert [size != 0 for size in control.changed_since(hypothesis, (), [0, 1])] == [True, False]
+
+
+@pytest.mark.parametrize(("alone", "places", "changed"), [
+    (0.3, 3, (False, False)), (SURE, 3, (True, True)), (0.3, 1, (True, True)),
+])  # fmt: skip
+def test_an_effect_that_differs_only_beside_another_has_not_appeared(
+    alone: float, places: int, changed: tuple[bool, bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bristles and a curve that share one torque are certain to differ, the one by as much as the other takes back. Of values that the model has
+    both may have changed."""
+
+    def differences(left: list[int]) -> list[control.Difference]:
+        together = control.Difference(size=0.6, noise=SURE, usual=SURE)
+        by_itself = control.Difference(size=0.6, noise=alone, usual=SURE)
+        return [together if len(left) == 2 else by_itself for _ in left]
+
+    joint = SimpleNamespace(differences=differences, scatter=lambda _: Scatter(variance=0.0, count=4))
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    hypothesis: Any = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
+        extension=SimpleNamespace(places=[np.array([2]), np.array([places])]),
+    )
+    assert tuple(size != 0 for size in control.changed_since(hypothesis, (), [0, 1])) == changed

@@ -150,8 +150,8 @@ def test_contact_is_the_tools_jacobian(ur5: pid.Robot) -> None:
     assert np.abs(elsewhere.values(ur5, signals)).max() == 0
 
 
-def test_load_is_inertia_and_gravity_alone(ur5: pid.Robot) -> None:
-    """``load`` has no friction; ``motor`` has all but the measurement effects, which act last on it."""
+def test_load_is_what_the_links_need(ur5: pid.Robot) -> None:
+    """``load`` has no friction and no rotor, which turns before its gear; ``motor`` has all but the measurement effects, which act last on it."""
     smooth = pid.CATALOGUE["coulomb_friction"](smoothing=0.01)
     base = pid.Model.nominal(ur5, ["rigid_body", "rotor_inertia", "viscous_friction", smooth, "torque_offset"])
     effects = (*base.effects, ready("torque_constant", ur5, (2,)))
@@ -161,9 +161,9 @@ def test_load_is_inertia_and_gravity_alone(ur5: pid.Robot) -> None:
     rotor = np.array([d.gear_ratio**2 * d.motor_inertia for d in ur5.drives or ()])
     assert signals.load is not None
     assert signals.motor is not None
-    np.testing.assert_allclose(signals.load, _rnea(ur5.pinocchio, signals) + rotor * signals.a, atol=1e-9)
+    np.testing.assert_allclose(signals.load, _rnea(ur5.pinocchio, signals), atol=1e-9)
     friction = base.parameters("coulomb_friction") * np.tanh(signals.v / 0.01)
-    np.testing.assert_allclose(signals.motor, signals.load + friction, atol=1e-9)
+    np.testing.assert_allclose(signals.motor, signals.load + rotor * signals.a + friction, atol=1e-9)
     measured = pid.Model(ur5, effects, theta).torque(random_motion(ur5, 5))
     expected = signals.motor * np.array([1, 1.1, 1, 1, 1, 1]) + 3.0
     np.testing.assert_allclose(measured, expected, atol=1e-9)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.grading.grades import NEEDLESS, expected_error, graded, in_order
-from physident.diagnosis.grading.members import with_changes, without
+from physident.diagnosis.grading.members import decides_values, with_changes, without
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
 from physident.diagnosis.result.assemble import make_findings
@@ -46,7 +46,7 @@ def graded_beside_what_stays(
     pushed_as_usual: Mapping[str, str] | None = None,
 ) -> Graded:
     """The accepted effects as findings, graded without the hints, which the extended model does not carry: a hint takes up no part of a
-    cause.
+    cause, unless it decides the values of others.
 
     ``sizes`` of changes are those of ``sizes_of_changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``, by which reason. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
     """
@@ -59,7 +59,7 @@ def graded_beside_what_stays(
         floor = noise_floor(problem.regressor, problem.signals, hypothesis.torque, hypothesis.residual)
         expected = expected_error(hypothesis, estimate, floor, unexplained, wander)
         findings = graded(hypothesis, with_changes(found, sizes), expected, pushed_as_usual)
-        doubtful = [finding for finding in findings if finding.grade == "hint"]
+        doubtful = [one for one in findings if one.grade == "hint" and not decides_values(hypothesis, one)]
         doubted = [finding for finding in doubtful if finding.doubts != (NEEDLESS,)]
         leaving = doubted or sorted(doubtful, key=lambda finding: finding.evidence)[:1]
         if len(leaving) in (0, len(findings)):

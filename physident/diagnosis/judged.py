@@ -15,7 +15,7 @@ from physident.diagnosis.grading.confounders import with_confounder
 from physident.diagnosis.grading.control import sizes_of_changes
 from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, saying_what_is_beyond
-from physident.diagnosis.grading.members import members, with_changes, with_values, without
+from physident.diagnosis.grading.members import decides_values, members, with_changes, with_values, without
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.folds import leaves_out_recordings
@@ -102,7 +102,7 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         findings = single_cause(findings, ordinary)
     hypothesis, unexplained, uncertainty = found.hypothesis, found.unexplained, found.uncertainty
     unsure = [f for f in (*findings, *old) if f.grade == "hint" or (patches and f.grade != "cause")]
-    sure, errors = without(hypothesis, unsure), uncertainty
+    sure, errors = without(hypothesis, [f for f in unsure if not decides_values(hypothesis, f)]), uncertainty
     if len(sure.accepted) < len(hypothesis.accepted):  # what these explained is open
         unexplained, refitted = describe_unexplained(sure), None
         if sure.accepted:

@@ -120,8 +120,8 @@ class Model:
     def refer(self, signals: Signals) -> Signals:
         """The signals with the torques this model predicts for their motion, which the columns of some effects need.
 
-        ``links``: the link parameters in force; ``load``: the torque of inertia and gravity; ``motor``: the torque of all
-        effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
+        ``links`` and ``rotors``: the inertias in force; ``load``: the torque of the links' inertia and gravity, which the gears carry - a
+        rotor turns before its gear; ``motor``: the torque of all effects but the measurement effects. Raises InputError where an effect needs a contiguous recording.
         """
         stated = turning_speeds(self.robot, self.effects)
         signals = signals if stated is None else replace(signals, transition=stated)
@@ -132,16 +132,17 @@ class Model:
             part = self._referred(signals.part(samples))
             load[samples], motor[samples] = part.from_model("load"), part.from_model("motor")
             release()
-        return replace(signals, links=self.added_inertia().links, load=load, motor=motor)
+        added = self.added_inertia()
+        return replace(signals, links=added.links, rotors=added.armature, load=load, motor=motor)
 
     def _referred(self, signals: Signals) -> Signals:
         """The same for signals that are worked on at once."""
         added = self.added_inertia()
-        load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a) + added.armature * signals.a
+        load = inverse_dynamics(self.robot, added.links, signals.q, signals.v, signals.a)
         if any(added.gravity):
             load = load + gravity_torque(self.robot, added.links, signals.q, np.array(added.gravity))
-        referred = replace(signals, links=added.links, load=load)
-        motor = load.T.copy()
+        referred = replace(signals, links=added.links, rotors=added.armature, load=load)
+        motor = (load + added.armature * signals.a).T.copy()
         for effect, theta in self.effect_parameters():
             if effect.acts_on != "measurement" and effect.inertia(self.robot, theta) is None:
                 self._add(motor, effect, theta, referred)

@@ -59,7 +59,7 @@ class Effect(ABC):
     origin_sha256: ClassVar[str] = ""  # of that file
     needs_model: ClassVar[bool] = False  # the columns depend on the model's own torque or link parameters
     within_model: ClassVar[bool] = False  # it changes what every model has, so that a refitted one takes it up
-    # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (inertia, gravity), ``motor`` (all but the
+    # NumPy torque of a unit of each parameter of a joint, in q, v, a, ``load`` (links, gravity), ``motor`` (all but the
     # measurement's effects), time ``t``, state ``z`` and {field}s; ``advance`` is z after a step ``dt`` at the velocity v
     formulas: ClassVar[tuple[str, ...]] = ()
     advance: ClassVar[str] = ""
@@ -237,7 +237,7 @@ class Effect(ABC):
     def torque_at(self, robot: Robot, signals: Signals, state: Array, load: Array) -> Array:
         """Structural non-zeros (E, N) like ``values``, at N unrelated instants of a simulated arm.
 
-        ``state`` (S, N) is its internal state, ``load`` (N, n) [N m|N] the torque of inertia and gravity. The default is
+        ``state`` (S, N) is its internal state, ``load`` (N, n) [N m|N] the torque of the links' inertia and gravity. The default is
         ``values``; an effect whose values need the past or another effect's torque overrides it.
         """
         return self.values(robot, signals)

@@ -216,7 +216,8 @@ class LateFriction(TorqueDelay):
     """
 
     def values(self, robot: Robot, signals: Signals) -> Array:
-        beside = signals.from_model("motor") - signals.from_model("load")
+        inertial = signals.from_model("load") + signals.from_model("rotors") * signals.a
+        beside = signals.from_model("motor") - inertial
         return _earlier(beside, signals.rate)[self.active(robot)]
 
 

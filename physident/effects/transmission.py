@@ -31,7 +31,7 @@ REPEATS = 2  # periods of a ripple that the recordings must show: less is a bend
 
 @dataclass(frozen=True)
 class LoadDependentFriction(Effect):
-    """tau_j = mu_j sgn(v_j) abs(tau_load_j), tau_load the torque of inertia and gravity; mu has no unit. Cone: mu >= 0.
+    """tau_j = mu_j sgn(v_j) abs(tau_load_j), tau_load the torque of the links' inertia and gravity, which the gear carries; mu has no unit. Cone: mu >= 0.
 
     Source: Hamon, Gautier, Garrec, "Dynamic identification of robots with a dry friction model depending on load and
     velocity" (2010), eq. 6.

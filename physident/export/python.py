@@ -87,8 +87,8 @@ def python_of(model: Model) -> str:
     inertia = model.added_inertia()
     torques = _effect_torques(model)
     lines = [
-        f"load = rigid_body(q, v, a) + {array_source(inertia.armature)} * a",
-        "motor = load.copy()",
+        "load = rigid_body(q, v, a)",
+        f"motor = load + {array_source(inertia.armature)} * a",
         *torques.plant,
         "tau = motor.copy()",
         *torques.measurement,

@@ -63,13 +63,13 @@ def symbolic_model(model: Model) -> SymbolicModel:
     rows = {"q": q.T, "v": v.T, "a": a.T, "t": t, "dt": dt}
     x, y, up = np.array(robot.gravity) + inertia.gravity
     heavy = replace(robot, gravity=(float(x), float(y), float(up)))
-    load = torque_function(heavy)(q, v, a, inertia.links) + inertia.armature * a
-    rows |= {"load": load.T, "motor": load.T}
+    load = torque_function(heavy)(q, v, a, inertia.links)
+    tau = load + inertia.armature * a
+    rows |= {"load": load.T, "motor": tau.T}
     regressor, advanced = ca.SX(n, p), []
     parts = list(_placed(model))
     _refuse_unknown(robot, parts)
     Y = torque_expression(robot)(q, v, a)  # gravity that effects add has columns of its own
-    tau = load
     for stage in ("motor", "measured"):
         for effect, theta, columns in parts:
             if (effect.acts_on == "measurement") != (stage == "measured"):

@@ -21,6 +21,7 @@ ZERO = 1e-9  # of the effect's largest column: a smaller column is rounding
 STATES = 400
 WIDTH = 100  # characters of a printed line
 RATE = 20.0  # Hz
+HELD = 1e-4  # share of what is left of a sum that goes to what the nominal values state, beside what they do not
 EXPRESSION_FLOOR = 1e-9  # a coefficient of beta below this is rounding
 
 
@@ -60,10 +61,14 @@ class BaseParameters:
     def nearest(self, nominal: Array, values: Array) -> Array:
         """The parameters (p,) nearest to ``nominal`` (p,) whose base parameters are ``values`` (r,).
 
-        What no motion can show keeps its nominal value.
+        What no motion can show keeps its nominal value. Of a sum, what ``nominal`` says nothing of, as a rotor's inertia that the robot's
+        description does not state, takes all that is left beside what it states, as the links.
         """
         K = self.grouping
-        return nominal + K.T @ np.linalg.solve(K @ K.T, values - K @ nominal)
+        places = [(column.effect, column.joint) for column in self.columns]
+        stated = {place for place, value in zip(places, nominal, strict=True) if value != 0}
+        KW = K * np.array([HELD if place in stated else 1.0 for place in places])
+        return nominal + KW.T @ np.linalg.solve(KW @ K.T, values - K @ nominal)
 
     def expressions(self) -> list[str]:
         """Each base parameter as a sum of standard parameters, for example "Izz_1 + Iyy_2 + 0.18 m_3"."""

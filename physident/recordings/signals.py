@@ -118,8 +118,8 @@ class Signals:
     where it is dry.
 
     ``Model.refer`` adds the torques that a model predicts for the motion, which the columns of some effects depend on:
-    ``links`` (10 n,) its link parameters, ``load`` (N, n) the torque of inertia and gravity, ``motor`` (N, n) the torque
-    of all but the measurement effects.
+    ``links`` (10 n,) its link parameters and ``rotors`` (n,) [kg m^2|kg] its rotor inertias, ``load`` (N, n) the torque of the links' inertia and
+    gravity, which the gears carry, ``motor`` (N, n) the torque of all but the measurement effects.
     """
 
     time: Array
@@ -139,6 +139,7 @@ class Signals:
     rests: tuple[Rests, ...] | None = None
     transition: Array | None = None
     links: Array | None = None
+    rotors: Array | None = None
     load: Array | None = None
     motor: Array | None = None
 
@@ -180,7 +181,7 @@ class Signals:
         return list(row_slices(self.segments)) if pointwise else self.segments
 
     def from_model(self, name: str) -> Array:
-        """``links``, ``load`` or ``motor``; raises InputError for signals without a model, see ``Model.refer``."""
+        """``links``, ``rotors``, ``load`` or ``motor``; raises InputError for signals without a model, see ``Model.refer``."""
         value = getattr(self, name)
         if value is None:
             raise InputError(f"{self.source}: an effect needs the model's {name}, expected signals from Model.refer")

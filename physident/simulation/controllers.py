@@ -102,7 +102,7 @@ class _PDLaw(Law):
     def plan(self, time: Array) -> Array:
         s = self.motion.states(time)
         still = np.zeros(self.plant.n)
-        return np.stack([s.q, s.v, s.a, np.array([self.plant.load(q, still, still) for q in s.q])])
+        return np.stack([s.q, s.v, s.a, np.array([self.plant.inertial(q, still, still) for q in s.q])])
 
     def torque(self, plan: Array, q: Array, v: Array) -> Array:
         return plan[3] + self.stiffness * (plan[0] - q) + self.damping * (plan[1] - v)
@@ -143,13 +143,13 @@ class _ComputedTorqueLaw(Law):
 
     def plan(self, time: Array) -> Array:
         s = self.motion.states(time)
-        load = np.array([self.plant.load(*state) for state in zip(s.q, s.v, s.a, strict=True)])
-        known = self.plant.torque(Instants(time, s.q, s.v, s.a, load, np.zeros((self.plant.states, len(time)))))
+        inertial = np.array([self.plant.inertial(*state) for state in zip(s.q, s.v, s.a, strict=True)])
+        known = self.plant.torque(Instants(time, s.q, s.v, s.a, inertial, np.zeros((self.plant.states, len(time)))))
         return np.stack([s.q, s.v, s.a, known])
 
     def torque(self, plan: Array, q: Array, v: Array) -> Array:
         a = plan[2] + self.stiffness * (plan[0] - q) + self.damping * (plan[1] - v)
-        return plan[3] + np.array([self.plant.load(*state) for state in zip(q, v, a, strict=True)])
+        return plan[3] + np.array([self.plant.inertial(*state) for state in zip(q, v, a, strict=True)])
 
     def gains(self, M: Array) -> tuple[Array, Array]:
         return self.stiffness * M, self.damping * M

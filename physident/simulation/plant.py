@@ -22,13 +22,13 @@ MIN_MASS = 1e-6  # kg: pinocchio divides a link's first moment by its mass
 @dataclass(frozen=True, eq=False)
 class Instants:
     """N unrelated instants of n joints: ``time`` (N,) [s], ``q`` [rad|m], ``v`` [rad/s|m/s], ``a`` [rad/s^2|m/s^2] and
-    ``load`` [N m|N] (N, n), the torque of inertia and gravity; ``state`` (S, N) of the effects that have one."""
+    ``inertial`` [N m|N] (N, n), the torque of inertia and gravity; ``state`` (S, N) of the effects that have one."""
 
     time: Array
     q: Array
     v: Array
     a: Array
-    load: Array
+    inertial: Array
     state: Array
 
 
@@ -65,7 +65,7 @@ class Plant:
         self.states = states
         self.bodies = _bodies(robot.pinocchio, self.links, gravity)
 
-    def load(self, q: Array, v: Array, a: Array) -> Array:
+    def inertial(self, q: Array, v: Array, a: Array) -> Array:
         """Torque (n,) [N m|N] of inertia and gravity in one state (n,)."""
         torque = self.armature * a
         for sign, body, data in self.bodies:
@@ -80,11 +80,11 @@ class Plant:
         return M
 
     def torque(self, at: Instants) -> Array:
-        """Torque (N, n) [N m|N] of all effects except inertia and gravity, which are ``at.load``."""
+        """Torque (N, n) [N m|N] of all effects except inertia and gravity, which are ``at.inertial``."""
         if not self.effects:
             return np.zeros_like(at.v)
-        signals = self._signals(at)
-        values = [effect.torque_at(self.robot, signals, at.state[places], at.load) for effect, places in self.effects]
+        signals, load = self._signals(at), self._load(at)
+        values = [effect.torque_at(self.robot, signals, at.state[places], load) for effect, places in self.effects]
         return (self.weights @ np.concatenate(values)).T
 
     def state_rate(self, at: Instants) -> Array:
@@ -95,19 +95,23 @@ class Plant:
         rates = [effect.state_rate(self.robot, signals, at.state[places]) for effect, places in self.effects]
         return np.concatenate(rates)
 
+    def _load(self, at: Instants) -> Array:
+        """What the gears carry (N, n) [N m|N]: the rotors turn before them."""
+        return at.inertial - self.armature * at.a
+
     def _signals(self, at: Instants) -> Signals:
         warmth = None if self.temperature is None else self.temperature(at.time)
         return Signals(
-            at.time, at.q, at.v, at.a, temperature=warmth, transition=self.transition, links=self.links, load=at.load,
-            source="simulation",
+            at.time, at.q, at.v, at.a, temperature=warmth, transition=self.transition, links=self.links,
+            rotors=self.armature, load=self._load(at), source="simulation",
         )  # fmt: skip
 
     @cached_property
     def feels_acceleration(self) -> bool:
         """Whether an effect other than inertia depends on the acceleration or the load, tested at random states."""
-        q, v, a, load = np.random.default_rng(0).standard_normal((4, 5, self.n))
+        q, v, a, inertial = np.random.default_rng(0).standard_normal((4, 5, self.n))
         time, state = np.arange(5.0), np.zeros((self.states, 5))
-        torques = [self.torque(Instants(time, q, v, k * a, k * load, state)) for k in (1.0, 2.0)]
+        torques = [self.torque(Instants(time, q, v, k * a, k * inertial, state)) for k in (1.0, 2.0)]
         return not np.allclose(*torques, rtol=1e-9, atol=1e-12)
 
 

@@ -120,12 +120,12 @@ class Stepper:
         a, zdot = rates[:, :n], rates[:, n:]
         q = state.q + h * NODES[:, None] * state.v + h**2 * (WEIGHTS2 @ a)
         v = state.v + h * (WEIGHTS @ a)
-        load = np.array([self.plant.load(*stage) for stage in zip(q, v, a, strict=True)])
-        at = self._instants(time + h * NODES, q, v, a, load, state.z + h * (WEIGHTS @ zdot), M)
+        inertial = np.array([self.plant.inertial(*stage) for stage in zip(q, v, a, strict=True)])
+        at = self._instants(time + h * NODES, q, v, a, inertial, state.z + h * (WEIGHTS @ zdot), M)
         torque = self.plant.torque(at).reshape(3, P, n)
         drive = self.law.torque(plan, q, v)
         residual = np.empty((3, m))
-        residual[:, :n] = load + torque[:, 0] - drive
+        residual[:, :n] = inertial + torque[:, 0] - drive
         if self.extra is not None:
             residual[:, :n] -= [self.extra(time + h * c, *stage) for c, *stage in zip(NODES, q, v, strict=True)]
         stiffness, damping = self.law.gains(M)
@@ -145,7 +145,7 @@ class Stepper:
             J[i, n:, i, n:] += np.eye(m - n)
         return residual, J.reshape(3 * m, 3 * m)
 
-    def _instants(self, time: Array, q: Array, v: Array, a: Array, load: Array, z: Array, M: Array) -> Instants:
+    def _instants(self, time: Array, q: Array, v: Array, a: Array, inertial: Array, z: Array, M: Array) -> Instants:
         """The three nodes, each followed by itself with one velocity, z or acceleration moved a little."""
         P = self.moved
 
@@ -153,6 +153,6 @@ class Stepper:
             return (values[:, None] + shift).reshape(3 * P, -1)
 
         return Instants(
-            np.repeat(time, P), rows(q, self.zero), rows(v, self.dv), rows(a, self.da), rows(load, self.da @ M),
+            np.repeat(time, P), rows(q, self.zero), rows(v, self.dv), rows(a, self.da), rows(inertial, self.da @ M),
             rows(z, self.dz).T,
         )  # fmt: skip

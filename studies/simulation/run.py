@@ -82,7 +82,7 @@ def libraries(model: pid.Model, motion: pid.Trajectory, exact: pid.Signals) -> d
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         q, v = y[:n], y[n:]
         still = np.zeros(n)
-        load = plant.load(q, v, still)
+        load = plant.inertial(q, v, still)
         at = Instants(np.array([t]), q[None], v[None], still[None], load[None], np.zeros((0, 1)))
         push = law.torque(law.plan(np.array([t])), q, v)[0] - load - plant.torque(at)[0]
         return np.concatenate([v, np.linalg.solve(plant.inertia(q), push)])

@@ -82,7 +82,8 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
     have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
-    certain each must be (Bonferroni). A difference must also be larger than those among the control's recordings and among the new ones,
+    certain each must be (Bonferroni). An effect of which nothing differs unless another one differs as well has not appeared: the two share one torque
+    otherwise than before. A difference must also be larger than those among the control's recordings and among the new ones,
     and be most of the effect: bristles that were there before, of which a tenth is gone, have not appeared.
     """
     joint = _joint_fit(hypothesis, control, tested)
@@ -95,6 +96,9 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
             beyond_usual = one.usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else one.usual / UNUSUAL
             doubt[k], size[k] = max(one.noise * len(left) / CERTAIN, beyond_usual), one.size
         doubtful = [k for k in left if doubt[k] >= 1 or size[k] <= MOSTLY]
+        if not doubtful and len(left) > 1:
+            doubt = {k: joint.differences([k])[0].noise for k in left if k in new}
+            doubtful = [k for k, one in doubt.items() if one > UNUSUAL]
         if not doubtful:
             break
         left.remove(max(doubtful, key=lambda k: (k in new, doubt[k], -size[k])))

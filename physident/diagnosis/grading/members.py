@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.result.findings import Finding, ParameterValue
 from physident.diagnosis.result.values import parameter_values, values_in_words
-from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.rivals.successors import with_no_successor
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis, values_move
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.diagnosis.statistics.stored_products import Key
 
@@ -39,6 +40,14 @@ def without_effects(hypothesis: Hypothesis, dropped: Collection[int]) -> Hypothe
         return hypothesis
     kept = [one for i, one in enumerate(hypothesis.accepted) if i not in dropped]
     return state_hypothesis(hypothesis.problem, kept, hypothesis.model, hypothesis.data)
+
+
+def decides_values(hypothesis: Hypothesis, finding: Finding) -> bool:
+    """Whether a finding is of effects that any arm has and the model lacks, as friction and offsets, without which the values of others would be
+    other ones: however unsure it is, nobody knows it to be zero."""
+    ordinary = {one.candidate.key for one in hypothesis.problem.missing_default_effects}
+    own = [one for i in members(hypothesis, finding) if (one := hypothesis.accepted[i]).candidate.key in ordinary]
+    return bool(with_no_successor(hypothesis, own)) and values_move(without(hypothesis, [finding]), hypothesis)
 
 
 def where_it_shows(hypothesis: Hypothesis, group: Collection[int]) -> Array:

@@ -6,7 +6,7 @@ friction is only wrong. So both are tried together, and that the model then has 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -44,6 +44,14 @@ def law_and_successor(scores: CandidateScores, tried: Collection[Key]) -> tuple[
 def succeeded_laws(hypothesis: Hypothesis) -> list[AcceptedEffect]:
     """The accepted changes of laws whose place another accepted effect has taken."""
     return [one for i, one in enumerate(hypothesis.accepted) if _successor(hypothesis, i) is not None]
+
+
+def with_no_successor(hypothesis: Hypothesis, laws: Sequence[AcceptedEffect]) -> list[AcceptedEffect]:
+    """The laws of one joint each whose place no effect with a memory has that a hypothesis accepts."""
+    robot = hypothesis.problem.model.robot
+    memories = [one for one in hypothesis.accepted if not one.effect.pointwise and len(one.candidate.joints) == 1]
+    places = {(one.effect.folded(robot, np.ones(1))[0].name, one.candidate.joints) for one in memories}
+    return [one for one in laws if one.candidate.key not in places]
 
 
 def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.problem import DiagnosisProblem
-from physident.diagnosis.rivals.successors import law_and_successor, succeeded_laws
+from physident.diagnosis.rivals.successors import law_and_successor, succeeded_laws, with_no_successor
 from physident.diagnosis.search.acceptance import (
     choose_candidate,
     contact_accepted,
@@ -19,7 +19,7 @@ from physident.diagnosis.search.acceptance import (
 from physident.diagnosis.search.candidate_scores import CandidateScores, rescore_candidates, score_candidates
 from physident.diagnosis.search.contact_refinement import refine_contact
 from physident.diagnosis.search.contact_scan import CONTACT
-from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis, values_move
 from physident.diagnosis.search.one_for_many import find_replacement
 from physident.diagnosis.search.physical_signs import at_share_of_most, uneven_scales
 from physident.diagnosis.search.shape_refinement import about_their_sizes, refine_shape
@@ -227,7 +227,8 @@ def _with_their_successors(
 def without_redundant(
     problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
 ) -> tuple[AcceptedEffect, ...]:
-    """The accepted effects without those that no longer meet every condition beside all others."""
+    """The accepted effects without those that no longer meet every condition beside all others. Those that any arm has stay, and nobody knows
+    to be zero here, where others would take their part."""
     kept = accepted
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
@@ -239,6 +240,16 @@ def without_redundant(
         gain = evidence_without_best_fold(hypothesis, one.candidate)
         if not (gain > last.threshold_of(one.candidate.key, rest) and is_admissible(hypothesis, one.candidate)):
             kept = rest
+    lost = [one for one in problem.missing_default_effects if one in accepted and one not in kept]
+    open_ones = with_no_successor(last.hypothesis, lost)
+    for name in dict.fromkeys(one.candidate.name for one in open_ones):
+        some = [one for one in open_ones if one.candidate.name == name]
+        both = tuple(one for one in accepted if one in kept or one in some)
+        alone, beside = (
+            state_hypothesis(problem, each, last.hypothesis.model, last.hypothesis.data) for each in (kept, both)
+        )
+        if values_move(alone, beside):
+            kept = both
     return kept
 
 

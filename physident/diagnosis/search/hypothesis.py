@@ -26,6 +26,7 @@ from physident.estimation.dry_friction.rest import rest_rows
 from physident.large_arrays import blocks
 
 Array = NDArray[np.float64]
+ELSEWHERE = 3.0  # standard errors: noise alone moves a value so far once in 400 times, and a value so much less certain is another answer
 NEAR = 0.1  # of a joint's torque: an error of a tenth in a candidate's column costs it a hundredth of its gain
 
 
@@ -247,3 +248,18 @@ def rows_during(
             inside = [(time >= start - margin) & (time <= end + margin) for start, end in intervals]
             rows |= (problem.regressor.recording == index) & np.any(inside, axis=0)
     return rows
+
+
+def values_move(alone: Hypothesis, beside: Hypothesis) -> bool:
+    """Whether some value of the effects of a hypothesis, certain as it seems ``alone``, is another one ``beside`` further effects, or far less
+    certain."""
+    later = {one.candidate.key: at for one, at in zip(beside.accepted, range(len(beside.accepted)), strict=True)}
+    for i, one in enumerate(alone.accepted):
+        k = later[one.candidate.key]
+        std, whole = (
+            np.sqrt(np.diag(each.covariance)[each.extension.places[at]]) for each, at in ((alone, i), (beside, k))
+        )
+        moved = np.abs(beside.effect_values[k] - alone.effect_values[i])
+        if (np.maximum(moved, whole) > ELSEWHERE * std).any():
+            return True
+    return False

@@ -94,12 +94,12 @@ class LearnedPositionFriction(LearnedPosition):
 
 @dataclass(frozen=True)
 class LearnedLoad(LearnedCurve):
-    """tau_j = f_j(tau_load_j), tau_load the torque of inertia and gravity: what a gear or a counterbalance makes of its load; f in N m."""
+    """tau_j = f_j(tau_load_j), tau_load the torque of the links' inertia and gravity: what a gear or a counterbalance makes of its load; f in N m."""
 
     name: ClassVar[str] = "learned_load"
     label: ClassVar[str] = "a torque that depends on the load"
     variable: ClassVar[Variable | None] = "load"
-    signature: ClassVar[str] = "a curve over the torque of inertia and gravity"
+    signature: ClassVar[str] = "a curve over the torque of the links' inertia and gravity"
     mistaken_for: ClassVar[str] = (
         "learned_torque: move both ways under each load, so that friction tells load and torque apart"
     )

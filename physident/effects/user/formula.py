@@ -21,7 +21,7 @@ KNOWN = ("q", "v", "a", "load", "motor", "t")
 class FormulaEffect(Effect):
     """tau_j = sum_i theta_ij formula_i: each joint has a parameter for each of ``formulas``, NumPy expressions of its q, v and a.
 
-    A formula may also use ``load`` and ``motor`` [N m|N], the torque of inertia and gravity and that of all effects but those on
+    A formula may also use ``load`` and ``motor`` [N m|N], the torque of the links' inertia and gravity and that of all effects but those on
     the measurement, the time ``t`` [s] of a recording, and shape parameters as {field}. Dry friction, whose sign a noisy velocity
     does not tell, is better a ``VelocityFriction``. Raises InputError for a formula that does not give a torque for each sample.
     """

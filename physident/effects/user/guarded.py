@@ -16,7 +16,7 @@ from physident.errors import InputError
 from physident.recordings.signals import Signals
 from physident.robots.robot import Robot
 
-ARRAYS = ("time", "q", "v", "a", "torque", "temperature", "links", "load", "motor")
+ARRAYS = ("time", "q", "v", "a", "torque", "temperature", "links", "rotors", "load", "motor")
 LARGEST = 1e50  # N m|N a unit of a parameter: the squares of larger ones have no sum
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from physident.dynamics.model import Model
 from physident.effects.classification import units_in_words
-from physident.effects.effect import Effect, array_source
+from physident.effects.effect import Effect
 from physident.errors import InputError
 from physident.export.held import Held, described
 from physident.export.python import RIGID_BODY, constants_of, plain, uses
@@ -30,7 +30,7 @@ def callback_of(model: Model, held: Held) -> str | None:
             f"a callback cannot express {', '.join(missing)}; expected effects that depend on one instant: leave --callback out"
         )
     needs_load = any(uses(source, "load") for _, source in known)
-    load = f"rigid_body(q, v, a) + {array_source(inertia.armature)} * a" if needs_load else "None"
+    load = "rigid_body(q, v, a)" if needs_load else "None"
     body = "\n    ".join(
         f"tau += {source}  # {effect.name} [{units_in_words(effect.columns(robot))}]" for effect, source in known
     )
