@@ -64,9 +64,9 @@ class Known:
         self.model, _ = _ordinary()
         arm = Arm()
         self.sign = np.sin(np.arctan(self.v / WIDTH))
-        self.load = _rnea(self.model, self.q, self.v, self.a) + arm.drives.rotor_inertia * self.a
+        self.load = _rnea(self.model, self.q, self.v, self.a)  # what gears carry: rotors turn before them
         self.coulomb, self.viscous = arm.friction.coulomb * self.sign, arm.friction.viscous * self.v
-        self.torque = self.load + self.coulomb + self.viscous
+        self.torque = self.load + arm.drives.rotor_inertia * self.a + self.coulomb + self.viscous
 
     def row(self, joint: int, values: Array) -> Array:
         out = np.zeros_like(self.q)

@@ -43,9 +43,10 @@ def _overcome(arm: Arm, time: Array, theta: Array, v: Array, a: Array) -> Array:
     link = link_motion(arm, time, theta, v, a) if len(soft) else (theta, v, a)
     load, spring = _link_torque(arm, time, link)
     motor = load + spring
-    # a stiff gear's rotor is in the load, an elastic gear's is on the other side of its spring
+    # pinocchio's torque holds a stiff gear's rotor, an elastic gear's is on the other side of its spring; no gear carries its rotor
     motor[:, soft] += arm.drives.rotor_inertia[soft] * a[:, soft]
-    motor += _friction(arm, time, theta, v, load) + arm.drives.ripple(theta)
+    carried = load - np.where(arm.drives.compliance > 0, 0.0, arm.drives.rotor_inertia) * a
+    motor += _friction(arm, time, theta, v, carried) + arm.drives.ripple(theta)
     resisting = [d for d in arm.disturbances if type(d).resist is not Disturbance.resist]
     for k in range(len(time)) if resisting else ():
         for disturbance in resisting:
