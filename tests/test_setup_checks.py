@@ -165,6 +165,19 @@ def test_gravity_taken_out_and_upside_down(ur5: pid.Robot, runs: Runs) -> None:
     assert kinds(ur5, each(runs, lambda r: replace(r, effort=r.effort - 2 * gravity(r)))) == [("gravity_direction", ())]
 
 
+@pytest.mark.parametrize("share", [1.6, 2.0])
+def test_a_counterbalance_turns_no_gravity_over(ur5: pid.Robot, runs: Runs, share: float) -> None:
+    """A spring that holds joint 2 up by more than its gravity: joint 3 shows that the arm stands as it is described."""
+
+    data = ur5.pinocchio.createData()
+
+    def held(r: pid.Recording) -> pid.Recording:
+        gravity = [pin.computeGeneralizedGravity(ur5.pinocchio, data, q)[1] for q in r.q]
+        return replace(r, effort=r.effort - share * np.outer(gravity, np.arange(6) == 1))
+
+    assert kinds(ur5, each(runs, held)) == []
+
+
 def rigid(robot: pid.Robot, r: pid.Recording) -> Array:
     """Torque of the description's links along the smoothed motion, by pinocchio."""
     from scipy.signal import savgol_filter

@@ -96,13 +96,16 @@ def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFindin
             evidence=f"{evidence}, inertia torque {scale.inertia:.2g} times",
             void=True,
         )
+    balanced = _balanced(scale)
+    if balanced.any() and _surely_described(scale).any():
+        return _single_joints(scale, _absent(scale), balanced, rows.robot.n)
     if high < 0 and value < -HEALTHY[0]:
         return _opposite(scale, evidence, rows.robot.n)
     if high < HEALTHY[0] or low > HEALTHY[1]:
         return _wrong_size(scale, evidence, value, effort_kind)
     if not HEALTHY[0] < value < HEALTHY[1] and _outside(scale).any():
         return _wrong_size(scale, evidence, value, effort_kind)  # the arm's factor is not sure, but a joint's is
-    return _single_joints(scale, _absent(scale), rows.robot.n)
+    return _single_joints(scale, _absent(scale), balanced, rows.robot.n)
 
 
 def _taken_out(scale: GravityScale) -> bool:
@@ -118,6 +121,17 @@ def _absent(scale: GravityScale) -> NDArray[np.bool_]:
     near_zero = (scale.joints.low > -ABSENT) & (scale.joints.high < ABSENT)
     small = np.abs(scale.joints.value) * scale.size < MINOR * scale.other
     return scale.strong & near_zero & small & (scale.left < UNEXPLAINED)
+
+
+def _balanced(scale: GravityScale) -> NDArray[np.bool_]:
+    """Strong joints (n,) whose gravity surely has the other sign, while their friction has the right one: where gravity acts elsewhere as
+    described, a spring or a counterbalance holds them."""
+    return scale.strong & (scale.joints.high < 0) & (scale.dissipated > 0)
+
+
+def _surely_described(scale: GravityScale) -> NDArray[np.bool_]:
+    """Joints (n,) that surely show gravity as the description has it."""
+    return (scale.size > 0) & (scale.joints.low > HEALTHY[0]) & (scale.joints.high < HEALTHY[1])
 
 
 def _opposite(scale: GravityScale, evidence: str, n: int) -> SetupFinding:
@@ -240,9 +254,11 @@ def _outside(scale: GravityScale) -> NDArray[np.bool_]:
     return scale.strong & ((scale.joints.high < ANOTHER[0]) | (scale.joints.low > ANOTHER[1]))
 
 
-def _single_joints(scale: GravityScale, absent: NDArray[np.bool_], n: int) -> SetupFinding | None:
-    """Strong joints whose own factor is beyond what any description or load explains, while the arm's is healthy."""
-    outside = _outside(scale) | absent
+def _single_joints(
+    scale: GravityScale, absent: NDArray[np.bool_], balanced: NDArray[np.bool_], n: int
+) -> SetupFinding | None:
+    """Strong joints whose own factor is beyond what any description, load or spring explains, while the arm's is healthy."""
+    outside = (_outside(scale) | absent) & ~balanced
     if not outside.any():
         return None
     joints = tuple(int(j) + 1 for j in np.flatnonzero(outside))
