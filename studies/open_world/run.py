@@ -117,9 +117,13 @@ def _kept(groups: list[int], add: bool) -> None:
 
 def _in_short(sets: list[str]) -> str:
     """Three sets or more in a row by the first and the last."""
-    numbers = [int(one) for one in sets]
-    in_a_row = len(sets) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1))
-    return f"{sets[0]} to {sets[-1]}" if in_a_row else ", ".join(sets)
+    rows: list[list[int]] = []
+    for number in map(int, sets):
+        if rows and number == rows[-1][-1] + 1:
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:

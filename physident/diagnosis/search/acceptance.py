@@ -226,7 +226,8 @@ def is_useful(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     before, after = left_out_costs(hypothesis, None), left_out_costs(hypothesis, candidate)
     joints = [j - 1 for j in candidate.joints] or list(range(before.shape[1]))
     if candidate.key in hypothesis.problem.present:
-        relief = max(0.0, contradicted(hypothesis, None) - contradicted(hypothesis, candidate) - BY_CHANCE)
+        own = len(hypothesis.problem.freedom.prior)  # what a scale of all joints may differ by is no earlier row
+        relief = max(0.0, contradicted(hypothesis, None, own) - contradicted(hypothesis, candidate, own) - BY_CHANCE)
         before = before + relief / (len(before) * len(joints)) * np.isin(np.arange(before.shape[1]), joints)
     low, _ = resampled_reduction(before[:, joints].sum(axis=1), after[:, joints].sum(axis=1), hypothesis.problem.seed)
     return low > 0 and is_worth_naming(hypothesis, before, after)
@@ -260,11 +261,11 @@ def left_out_costs(hypothesis: Hypothesis, candidate: Candidate | None, weights:
     return weights**2 * hypothesis.left_out[candidate.key]
 
 
-def contradicted(hypothesis: Hypothesis, candidate: Candidate | None) -> float:
-    """By how much the model contradicts what earlier rows said of it, chi squared, with a candidate or without any."""
+def contradicted(hypothesis: Hypothesis, candidate: Candidate | None, first: int | None = None) -> float:
+    """By how much the model, or its ``first`` values, contradict what earlier rows said of it, chi squared, with a candidate or without."""
     if not hypothesis.baseline.prior.any():
         return 0.0
-    return hypothesis.left_out_fits.contradicted(*_options(candidate))
+    return hypothesis.left_out_fits.contradicted(*_options(candidate), first)
 
 
 def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[Array]]:
@@ -274,8 +275,7 @@ def _options(candidate: Candidate | None) -> tuple[list[tuple[int, ...]], list[A
 
 
 def is_as_good(hypothesis: Hypothesis, other: Candidate, cost: Array, weights: Array, chi_squared: float) -> bool:
-    """Whether the loss against another candidate, which has a left-out ``cost`` (G, n) and contradicts earlier rows by
-    ``chi_squared``, lies within its scatter over blocks."""
+    """Whether the loss against another candidate, of a left-out ``cost`` (G, n) and ``chi_squared`` on earlier rows, lies within its scatter over blocks."""
     loss = (left_out_costs(hypothesis, other, weights) - cost).sum(axis=1)
     more = contradicted(hypothesis, other) - chi_squared
     return bool(loss.sum() + more < RIVAL_STANDARD_ERRORS * standard_error(loss))

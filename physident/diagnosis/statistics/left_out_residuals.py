@@ -86,13 +86,17 @@ class LeftOutFits:
         return np.maximum(result, 0.0)
 
     def contradicted(
-        self, options: Sequence[tuple[int, ...]] | Columns = (), prior: Sequence[Array] | Array = ()
+        self,
+        options: Sequence[tuple[int, ...]] | Columns = (),
+        prior: Sequence[Array] | Array = (),
+        first: int | None = None,
     ) -> float:
-        """By how much the baseline contradicts its prior beside the best option: chi squared, the mean of the fits outside each fold."""
+        """By how much the baseline, or so many of its ``first`` values, contradict their prior beside the best option: chi squared, the mean of
+        the fits outside each fold."""
         moved = [
             x if one is None else x - one.moved for x, one in zip(self.x, self._taken(options, prior), strict=True)
         ]
-        return float(np.mean([self.baseline.prior @ x**2 for x in moved]))
+        return float(np.mean([self.baseline.prior[:first] @ x[:first] ** 2 for x in moved]))
 
     def _taken(
         self, options: Sequence[tuple[int, ...]] | Columns, prior: Sequence[Array] | Array
