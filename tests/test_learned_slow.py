@@ -90,7 +90,7 @@ def test_a_slow_torque_that_follows_nothing_is_no_curve(seed: int, tmp_path: Pat
     assert found.verdict == "unexplained"
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, 3])
 def test_a_curve_over_time_does_not_stand_for_one_over_position(seed: int, tmp_path: Path) -> None:
     """On one slow motion it makes nearly the same torque, on any other it does not."""
     robot, runs = slow_runs(tmp_path, seed, STIFFNESS, 0.0, 0.15)

@@ -88,6 +88,9 @@ def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFindin
         return _without_gravity(rows, moments, effort_kind)
     low, high, value = float(scale.common.low), float(scale.common.high), float(scale.common.value)
     evidence = f"measured gravity torque is {value:.2g} ({low:.2g} to {high:.2g}) times the description's"
+    balanced = _balanced(scale)
+    if balanced.any() and _surely_described(scale).any():
+        return _single_joints(scale, _absent(scale), balanced, rows.robot.n)
     if _taken_out(scale):
         return SetupFinding(
             kind="gravity_removed",
@@ -96,9 +99,6 @@ def check_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFindin
             evidence=f"{evidence}, inertia torque {scale.inertia:.2g} times",
             void=True,
         )
-    balanced = _balanced(scale)
-    if balanced.any() and _surely_described(scale).any():
-        return _single_joints(scale, _absent(scale), balanced, rows.robot.n)
     if high < 0 and value < -HEALTHY[0]:
         return _opposite(scale, evidence, rows.robot.n)
     if high < HEALTHY[0] or low > HEALTHY[1]:

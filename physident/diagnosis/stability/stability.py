@@ -41,7 +41,7 @@ def stability_of(
     stands_for: Mapping[Key, Key] = MappingProxyType({}),
 ) -> dict[Key, float | None]:
     """For each accepted effect the share of 20 searches on halves that find it, a rival, a larger law that contains it, a learned curve of its
-    torque, which a half is too short to tell from a law, or what it ``stands_for``; None for a contact, which belongs to one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
+    torque or a law that it is the curve of, which a half is too short to tell apart, or what it ``stands_for``; None for a contact, which belongs to one time, for an effect of every arm that the model lacked, such as friction, which no search has chosen, and where the recordings are
     too short to be halved. Halves are searched for what the ``first`` scores could see."""
     hypothesis = last.hypothesis
     result: dict[Key, float | None] = {check.accepted.candidate.key: None for check in checks}
@@ -83,8 +83,11 @@ def _scales_of_the_only_joint(hypothesis: Hypothesis, accepted: AcceptedEffect) 
 
 
 def _as_a_curve(laws: Sequence[str], joints: tuple[int, ...], found: Collection[Key]) -> bool:
-    """Whether a half ``found`` a learned curve in the place of a law of some joints, or of several ``laws`` that are one torque."""
-    return any(where == joints and is_curve_of(name, law) for name, where in found for law in laws)
+    """Whether a half ``found`` a learned curve in the place of a law of some joints, or of several ``laws`` that are one torque; or a law in the
+    place of a curve."""
+    return any(
+        where == joints and (is_curve_of(name, law) or is_curve_of(law, name)) for name, where in found for law in laws
+    )
 
 
 def searched_in_halves(first: CandidateScores, found: Collection[Key]) -> set[Key]:
