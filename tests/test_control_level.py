@@ -88,3 +88,25 @@ def test_an_effect_that_differs_only_beside_another_has_not_appeared(
         extension=SimpleNamespace(places=[np.array([2]), np.array([places])]),
     )
     assert tuple(size != 0 for size in control.changed_since(hypothesis, (), [0, 1])) == changed
+
+
+@pytest.mark.parametrize(("size", "noise", "told"), [(0.95, 0.005, True), (0.4, 0.005, False), (0.95, 0.3, False)])
+def test_what_is_mostly_new_is_told_apart_though_it_is_no_proven_change(
+    size: float, noise: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A channel that has become late is not missing since before, where few recordings differ by too much to prove it."""
+    joint = SimpleNamespace(
+        differences=lambda left: [control.Difference(size=size, noise=noise, usual=0.12)] * len(left),
+        scatter=lambda _: Scatter(variance=1.0, count=6),
+    )
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    monkeypatch.setattr(control, "is_shown_by_comparison", lambda *_: False)
+    key = ("torque_delay", (1,))
+    hypothesis: Any = SimpleNamespace(
+        accepted=[SimpleNamespace(candidate=SimpleNamespace(key=key))],
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
+        extension=SimpleNamespace(places=[np.array([3])]),
+    )
+    changes = control.compare_sizes(hypothesis, [SimpleNamespace()])  # pyright: ignore[reportArgumentType]
+    assert changes.sizes[key] == 0
+    assert (key in changes.mostly_new) == told

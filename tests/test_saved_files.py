@@ -93,6 +93,7 @@ def test_diagnosis_file() -> None:
         assert one.pop("threshold") is None
         assert (one.pop("in_words"), one.pop("curves"), one.pop("no_cause")) == ("", [], "")
         assert one.pop("handed_on") is True
+        assert one.pop("mostly_new") is False
         for value in one["parameters"]:
             low, high = value.pop("change_interval95")
             assert high - low == pytest.approx(np.ptp(value["interval95"]))

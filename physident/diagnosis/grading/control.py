@@ -8,7 +8,7 @@ few blocks can decide where they leave the ten of a payload open.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -58,9 +58,17 @@ def with_temperatures(control: Sequence[Signals], signals: Sequence[Signals]) ->
     ], (text,)
 
 
-def sizes_of_changes(hypothesis: Hypothesis, control: Sequence[Signals]) -> dict[Key, float]:
-    """By how much of itself each accepted effect differs from the control, zero where that shows it alike; none without a control, and
-    no contact, which belongs to one recording.
+@dataclass(frozen=True, kw_only=True)
+class Changes:
+    """By how much of itself each accepted effect differs from the control, its ``sizes``, zero where that is no proven change, and which of
+    these are ``mostly_new`` all the same."""
+
+    sizes: Mapping[Key, float] = field(default_factory=dict)
+    mostly_new: frozenset[Key] = frozenset()
+
+
+def compare_sizes(hypothesis: Hypothesis, control: Sequence[Signals]) -> Changes:
+    """What has changed of each accepted effect; nothing without a control, and no contact, which belongs to one recording.
 
     What compared recordings decide is a change: the control was taken off them.
     """
@@ -70,14 +78,30 @@ def sizes_of_changes(hypothesis: Hypothesis, control: Sequence[Signals]) -> dict
         if one.candidate is not CONTACT and not is_shown_by_comparison(hypothesis, i)
     ]
     if not control or not tested:
-        return {}
-    sizes = changed_since(hypothesis, control, tested)
-    return {hypothesis.accepted[i].candidate.key: size for i, size in zip(tested, sizes, strict=True)}
+        return Changes()
+    joint = _joint_fit(hypothesis, control, tested)
+    sizes = _proven(hypothesis, joint, tested)
+    keys = [hypothesis.accepted[i].candidate.key for i in tested]
+    unproven = [k for k, size in enumerate(sizes) if size == 0]
+    return Changes(
+        sizes=dict(zip(keys, sizes, strict=True)),
+        mostly_new=frozenset(keys[k] for k in unproven if _is_mostly_new(joint.differences([k])[0])),
+    )
+
+
+def _is_mostly_new(one: Difference) -> bool:
+    """Whether noise alone makes no such difference, and it is most of the effect."""
+    return one.noise <= CERTAIN and one.size > MOSTLY
 
 
 def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[float, ...]:
     """By how much of itself each of some accepted effects (their indices) differs in the new recordings from the control; zero
-    where that is no change.
+    where that is no proven change."""
+    return _proven(hypothesis, _joint_fit(hypothesis, control, tested), tested)
+
+
+def _proven(hypothesis: Hypothesis, joint: _JointFit, tested: Sequence[int]) -> tuple[float, ...]:
+    """The same, from a fit of control and new recordings.
 
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
@@ -86,7 +110,6 @@ def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Se
     otherwise than before. A difference must also be larger than those among the control's recordings and among the new ones,
     and be most of the effect: bristles that were there before, of which a tenth is gone, have not appeared.
     """
-    joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
     left, size = list(range(len(tested))), dict[int, float]()

@@ -99,7 +99,8 @@ class Finding:
     where recordings are too short to be halved. ``confounder`` says what else differs between before and after, and could be
     what the finding shows. ``in_words`` says what its values mean, where numbers with units do not; ``curves`` are those of a learned
     effect. ``no_cause`` says why a contribution is no cause, although it takes more than it leaves. Of what is no hint, a curve
-    is not ``handed_on`` in the extended model where a holdout beyond its range is predicted worse with it.
+    is not ``handed_on`` in the extended model where a holdout beyond its range is predicted worse with it. What is no proven change is
+    ``mostly_new`` where the recordings from before show less than half of it.
     """
 
     effect: str
@@ -122,6 +123,7 @@ class Finding:
     curves: tuple[CurveBand, ...] = ()
     no_cause: str = ""
     handed_on: bool = True
+    mostly_new: bool = False
 
     @property
     def by_joint(self) -> bool:

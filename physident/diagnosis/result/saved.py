@@ -31,6 +31,7 @@ EARLIER = {  # what findings of earlier versions did not have
     "curves": [],
     "no_cause": "",
     "handed_on": True,
+    "mostly_new": False,
     "threshold": None,
 }
 READER = RecordReader("diagnose again")

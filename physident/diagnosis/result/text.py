@@ -146,8 +146,8 @@ def _old(d: DiagnosisRecord) -> list[str]:
 
 
 def _is_changed(f: Finding) -> bool:
-    """Whether a finding is another value of what the model has."""
-    return any(v.change != v.value for v in f.parameters)
+    """Whether a finding is another value of what the model has, or an effect of which little was there before."""
+    return f.mostly_new or any(v.change != v.value for v in f.parameters)
 
 
 def _is_nothing(f: Finding) -> bool:

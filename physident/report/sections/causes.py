@@ -37,7 +37,9 @@ def lacked_before(c: DiagnosisRecord) -> list[Markup]:
 
 def _lacked(f: Finding) -> Markup:
     title, words = cause(f.effect, f.joints), in_words(f.in_words)
-    reasons = "; ".join(filter(None, [words.removesuffix(".") if f.confounder else words, f.confounder]))
+    new = "less than half of it was there before, but this is no proven change" if f.mostly_new else ""
+    more = [one for one in (f.confounder, new) if one]
+    reasons = "; ".join(filter(None, [words.removesuffix(".") if more else words, *more]))
     return joined(tag("strong", f"{title[0].upper()}{title[1:]}"), f": {reasons}" if reasons else "")
 
 
