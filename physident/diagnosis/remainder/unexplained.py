@@ -96,7 +96,12 @@ class Unexplained:
     @property
     def is_loud(self) -> bool:
         """Whether it is by far more than the torque signal's own noise, where nothing says what is usual."""
-        return self.times_own is None and (self.times_noise or 0.0) > REPEATS
+        return self.times_own is None and self.is_far_above_noise
+
+    @property
+    def is_far_above_noise(self) -> bool:
+        """Whether it is by far more than the torque signal's own noise, usual or not."""
+        return (self.times_noise or 0.0) > REPEATS
 
     @property
     def description(self) -> str:

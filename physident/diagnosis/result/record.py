@@ -163,9 +163,10 @@ class DiagnosisRecord:
     @property
     def unchanged(self) -> bool:
         """Whether nothing has changed, rather than that no change was found: no error of the model's own is left in which one may hide,
-        because it is as small as noise or was taken off."""
+        because it is as small as noise or was taken off, and nothing else that is far larger than noise."""
         settled = self.compared or not (self.incomplete or self.missing_since_before)
-        return (self.question, self.verdict) == ("different", "nothing_missing") and settled and not self.may_hide
+        hides = bool(self.may_hide) or any(one.is_far_above_noise for one in self.unexplained)
+        return (self.question, self.verdict) == ("different", "nothing_missing") and settled and not hides
 
     @property
     def outcome(self) -> str:

@@ -17,6 +17,7 @@ from physident.diagnosis.statistics.stored_products import Key
 from physident.diagnosis.usual.other_joints import as_other_joints_show
 from physident.diagnosis.usual.usual_friction import FEWEST, UsualFriction, as_large
 from physident.dynamics.friction_parameters import friction_values
+from physident.effects.measurement import TimeDelay, TorqueDelay
 from physident.recordings.signals import Signals
 
 Array = NDArray[np.float64]
@@ -74,7 +75,8 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict
     compared, found = compared_rows(hypothesis), dict[Key, UsualChange]()
     together = list[int]()
     for i, one in enumerate(hypothesis.accepted):
-        if one.candidate is CONTACT:
+        # that all of a late channel lags, and not its friction alone, was seen when it was accepted
+        if one.candidate is CONTACT or isinstance(one.effect, TorqueDelay | TimeDelay):
             continue
         if is_shown_by_comparison(hypothesis, i):
             torque = _torque(hypothesis, i)
