@@ -185,7 +185,7 @@ def _cost_of(hypothesis: Hypothesis, effect: Effect, prior: Array | None = None)
 def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     """Whether what couples two joints acts on both alike, and what scales a joint's torque, or is a curve over its position or load, belongs
     to its own channel: torque that leaks from one channel into another predicts left-out rows no better beyond the scatter over blocks, or by
-    less than is worth naming of the error that the candidate is to explain."""
+    less than is worth naming of the error that the candidate is to explain, or takes on no joint more than it leaves of what that leaves."""
     alike = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
     leaking = _with_leaks(hypothesis, candidate, alike)
     if leaking is None:
@@ -197,6 +197,7 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     )
     gain = (law - free).sum(axis=1)
     worth = is_worth_naming(hypothesis, law, free, whole=left_out_costs(hypothesis, None))
+    worth &= bool(np.any(law.sum(axis=0) > 2 * free.sum(axis=0)))  # else most of what is left is no leak either
     return not (worth and gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
 
 
