@@ -190,11 +190,8 @@ def holds_against_leaks(hypothesis: Hypothesis, candidate: Candidate) -> bool:
     leaking = _with_leaks(hypothesis, candidate, alike)
     if leaking is None:
         return True
-    weights = hypothesis.fit.weights**2
-    law, free = (
-        weights * hypothesis.left_out_fits.squares_of_blocks(columns, np.zeros(columns.count))
-        for columns in (alike, leaking)
-    )
+    weights, squares = hypothesis.fit.weights**2, hypothesis.left_out_fits.squares_of_blocks
+    law, free = (weights * squares(columns, np.zeros(columns.count)) for columns in (alike, leaking))
     gain = (law - free).sum(axis=1)
     worth = is_worth_naming(hypothesis, law, free, whole=left_out_costs(hypothesis, None))
     worth &= bool(np.any(law.sum(axis=0) > 2 * free.sum(axis=0)))  # else most of what is left is no leak either
