@@ -17,7 +17,7 @@ from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.search.hypothesis import AcceptedEffect, Hypothesis
 from physident.diagnosis.stability import half_search, stability
 from physident.diagnosis.stability.doubts import trust_in
-from physident.diagnosis.stability.stability import STABLE, stability_of
+from physident.diagnosis.stability.stability import STABLE, _as_a_curve, stability_of
 from physident.diagnosis.stability.trust import Trust
 from physident.diagnosis.statistics.intervals import uncertainty_of
 from physident.diagnosis.statistics.product_fit import Chosen
@@ -202,3 +202,19 @@ def test_a_doubtful_joint_is_a_hint_of_its_own(last: CandidateScores) -> None:
     assert (findings[1].grade, findings[1].doubts) == ("hint", ("rarely found",))
     (joined,) = make_findings(state, own, uncertainty_of(state))
     assert joined.joints == (3, 5)
+
+
+@pytest.mark.parametrize(
+    ("whole", "half", "same"),
+    [
+        ("learned_velocity", ("nonlinear_viscous_friction", (2,)), True),
+        ("nonlinear_viscous_friction", ("learned_velocity", (2,)), True),
+        ("learned_velocity", ("joint_spring", (2,)), False),
+        ("learned_velocity", ("nonlinear_viscous_friction", (3,)), False),
+    ],
+)
+def test_a_half_is_too_short_to_tell_a_curve_from_a_law_of_the_same_quantity(
+    whole: str, half: tuple[str, tuple[int, ...]], same: bool
+) -> None:
+    """Of all recordings a curve took the place of a law, which most halves find; the joint has what bends its friction in all of them."""
+    assert _as_a_curve([whole], (2,), {half}) == same
