@@ -29,7 +29,7 @@ def test_what_healthy_recordings_differ_by_is_held_to_the_level_of_noise_once_en
     problem = SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3)))
     places = [np.array([3 + k]) for k in range(tested)]
     hypothesis: Any = SimpleNamespace(problem=problem, extension=SimpleNamespace(places=places))
-    assert sum(size != 0 for size in control.changed_since(hypothesis, (), range(tested))) == changed
+    assert sum(one.size != 0 for one in control.changes_of(hypothesis, (), range(tested))) == changed
 
 
 @pytest.mark.parametrize(("size", "changed"), [(1.0, True), (0.6, True), (0.4, False), (-0.2, False)])
@@ -46,7 +46,7 @@ def test_what_was_mostly_there_before_has_not_appeared(
         problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
         extension=SimpleNamespace(places=[np.array([3])]),
     )
-    assert (control.changed_since(hypothesis, (), [0]) != (0.0,)) == changed
+    assert (control.changes_of(hypothesis, (), [0])[0].size != 0) == changed
 
 
 def test_of_two_that_are_not_mostly_new_the_less_certain_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +64,7 @@ def test_of_two_that_are_not_mostly_new_the_less_certain_goes_first(monkeypatch:
         problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
         extension=SimpleNamespace(places=[np.array([3]), np.array([4])]),
     )
-    assert [size != 0 for size in control.changed_since(hypothesis, (), [0, 1])] == [True, False]
+    assert [one.size != 0 for one in control.changes_of(hypothesis, (), [0, 1])] == [True, False]
 
 
 @pytest.mark.parametrize(("alone", "places", "changed"), [
@@ -87,7 +87,7 @@ def test_an_effect_that_differs_only_beside_another_has_not_appeared(
         problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
         extension=SimpleNamespace(places=[np.array([2]), np.array([places])]),
     )
-    assert tuple(size != 0 for size in control.changed_since(hypothesis, (), [0, 1])) == changed
+    assert tuple(one.size != 0 for one in control.changes_of(hypothesis, (), [0, 1])) == changed
 
 
 @pytest.mark.parametrize(("size", "noise", "told"), [(0.95, 0.005, True), (0.4, 0.005, False), (0.95, 0.3, False)])
@@ -100,13 +100,23 @@ def test_what_is_mostly_new_is_told_apart_though_it_is_no_proven_change(
         scatter=lambda _: Scatter(variance=1.0, count=6),
     )
     monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
-    monkeypatch.setattr(control, "is_shown_by_comparison", lambda *_: False)
-    key = ("torque_delay", (1,))
     hypothesis: Any = SimpleNamespace(
-        accepted=[SimpleNamespace(candidate=SimpleNamespace(key=key))],
         problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
         extension=SimpleNamespace(places=[np.array([3])]),
     )
-    changes = control.compare_sizes(hypothesis, [SimpleNamespace()])  # pyright: ignore[reportArgumentType]
-    assert changes.sizes[key] == 0
-    assert (key in changes.mostly_new) == told
+    assert control.changes_of(hypothesis, (), [0]) == (control.Change(size=0.0, mostly_new=told),)
+
+
+def test_what_differs_only_beside_a_change_of_its_own_has_appeared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While a payload is held alike, what it leaves hides that friction has grown: only two of which neither differs by itself share one torque."""
+
+    def differences(left: list[int]) -> list[control.Difference]:
+        return [control.Difference(size=0.9, noise=SURE if 0 in left else 0.4, usual=SURE) for _ in left]
+
+    joint = SimpleNamespace(differences=differences, scatter=lambda _: Scatter(variance=0.0, count=4))
+    monkeypatch.setattr(control, "_joint_fit", lambda *_: joint)
+    hypothesis: Any = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(3))),
+        extension=SimpleNamespace(places=[np.array([3]), np.array([4])]),
+    )
+    assert [one.size for one in control.changes_of(hypothesis, (), [0, 1])] == [0.9, 0.9]

@@ -9,7 +9,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.grading.confounders import PARTLY_KNOWN, UNKNOWN, friction_confounder, with_confounder
-from physident.diagnosis.grading.control import changed_since
+from physident.diagnosis.grading.control import changes_of
 from physident.diagnosis.grading.signs import amplitudes, changes_sign
 from physident.diagnosis.result.findings import Finding, Reduction
 from physident.diagnosis.search.forward_search import settled_hypothesis
@@ -66,7 +66,7 @@ def changed(
     """Which of some effects differ between recordings before and after, each a group of its own."""
     state = accepted(opened(ur5, [*before, *after]), *names, joints=joints)
     control = prepare_all(ur5, before, state.problem.filter)
-    return tuple(size != 0 for size in changed_since(state, control, range(len(names))))
+    return tuple(one.size != 0 for one in changes_of(state, control, range(len(names))))
 
 
 def test_a_change_is_new_and_what_both_hold_is_not(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
@@ -84,7 +84,7 @@ def test_a_change_is_larger_than_what_healthy_recordings_differ_by(
         before = [with_torque(run, f, "viscous") for run, f in zip(healthy_runs[:3], factors, strict=True)]
         state = accepted(opened(ur5, [*before[:2], new]), "viscous_friction")
         control = prepare_all(ur5, before, state.problem.filter)
-        assert tuple(size != 0 for size in changed_since(state, control, [0])) == (expected,), factors
+        assert tuple(one.size != 0 for one in changes_of(state, control, [0])) == (expected,), factors
 
 
 def test_of_two_effects_alike_the_one_that_the_model_has_is_what_changed(

@@ -141,7 +141,7 @@ def test_it_survives_the_model_file(healthy_estimate: pid.Estimate, tmp_path: Pa
 
 
 def test_each_joint_of_an_effect_changes_by_itself(ur5: pid.Robot, healthy_runs: list[pid.Recording]) -> None:
-    from physident.diagnosis.grading.control import compare_sizes
+    from physident.diagnosis.grading.control import changes_since
     from tests.test_diagnosis_changes import accepted
 
     before = [with_fault(run, False) for run in healthy_runs[:2]]
@@ -149,8 +149,8 @@ def test_each_joint_of_an_effect_changes_by_itself(ur5: pid.Robot, healthy_runs:
     state = accepted(opened(ur5, [*before, *after]), "viscous_friction", joints=(RIPPLED,))
     both = accepted(opened(ur5, [*before, *after]), "viscous_friction", joints=(HEAVIER,))
     control = prepare_all(ur5, before, state.problem.filter)
-    assert compare_sizes(state, control).sizes["viscous_friction", (RIPPLED,)] == 0
-    assert min(compare_sizes(both, control).sizes.values()) > 0.5
+    assert changes_since(state, control)["viscous_friction", (RIPPLED,)].size == 0
+    assert min(one.size for one in changes_since(both, control).values()) > 0.5
 
 
 def _first_seconds(run: pid.Recording, seconds: float) -> pid.Recording:

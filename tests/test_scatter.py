@@ -106,4 +106,4 @@ def test_a_change_is_what_neither_noise_nor_a_healthy_arm_makes(
         problem=SimpleNamespace(model=SimpleNamespace(theta=np.zeros(len(noise)))),
         extension=SimpleNamespace(places=places),
     )
-    assert tuple(size != 0 for size in control.changed_since(state, (), range(len(noise)))) == changed
+    assert tuple(one.size != 0 for one in control.changes_of(state, (), range(len(noise)))) == changed

@@ -48,7 +48,7 @@ def graded_beside_what_stays(
     """The accepted effects as findings, graded without the hints, which the extended model does not carry: a hint takes up no part of a
     cause, unless it decides the values of others.
 
-    ``sizes`` of changes are those of ``Changes``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``, by which reason. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
+    ``sizes`` of changes are those of ``changes_since``, ``wander`` is what values are uncertain by beside noise; ``hints`` are known already, and recordings that are ``pushed_as_usual``, by which reason. Of several findings that left-out rows do not need, the one of least evidence goes first: without it the next may be needed.
     """
     problem, hypothesis = hypothesis.problem, without(hypothesis, hints)
     alike = frozenset(key for key, size in sizes.items() if size == 0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from physident.diagnosis.asked import Asked
 from physident.diagnosis.graded import Graded, graded_beside_what_stays
 from physident.diagnosis.grading.confounders import with_confounder
-from physident.diagnosis.grading.control import Changes, compare_sizes
+from physident.diagnosis.grading.control import Change, changes_since
 from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
 from physident.diagnosis.grading.holdout import held_to_unseen, saying_what_is_beyond
 from physident.diagnosis.grading.members import decides_values, members, with_changes, with_values, without
@@ -66,12 +66,12 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     problem = hypothesis.problem
     checks = check_every_rival(last, searched.same, whole_friction(hypothesis))
     trust = trust_in(searched.found.first, last, checks, searched.stands_for)
-    changes = compare_sizes(hypothesis, asked.control_signals)
+    changes = changes_since(hypothesis, asked.control_signals)
     partners = {k for k in asked.comparison.partner if k is not None}
     known = usual_friction(hypothesis, asked.control_signals, len(partners))
     usual = differ_as_usual(hypothesis, known)
     wander = friction_of_the_day(hypothesis, known)
-    sizes = {**changes.sizes, **dict.fromkeys(usual, 0.0)}
+    sizes = {key: one.size for key, one in changes.items()} | dict.fromkeys(usual, 0.0)
     alike = frozenset(key for key, size in sizes.items() if size == 0)
     grade = partial(
         graded_beside_what_stays,
@@ -177,14 +177,16 @@ def _apart(
 
 
 def _with_reason(
-    hypothesis: Hypothesis, old: Sequence[Finding], usual: Mapping[Key, UsualChange], changes: Changes
+    hypothesis: Hypothesis, old: Sequence[Finding], usual: Mapping[Key, UsualChange], changes: Mapping[Key, Change]
 ) -> tuple[Finding, ...]:
     """The findings that are no proven change, those of friction that differs as usual with why."""
     result = []
     for one in old:
         keys = [hypothesis.accepted[i].candidate.key for i in members(hypothesis, one)]
         reason = usual_in_words([usual[key] for key in keys if key in usual])
-        result.append(replace(one, confounder=reason, mostly_new=changes.mostly_new.issuperset(keys)))
+        result.append(
+            replace(one, confounder=reason, mostly_new=all(key in changes and changes[key].mostly_new for key in keys))
+        )
     return tuple(result)
 
 

@@ -83,7 +83,8 @@ class Plant:
         """Torque (N, n) [N m|N] of all effects except inertia and gravity, which are ``at.inertial``."""
         if not self.effects:
             return np.zeros_like(at.v)
-        signals, load = self._signals(at), self._load(at)
+        signals = self._signals(at)
+        load = signals.from_model("load")
         values = [effect.torque_at(self.robot, signals, at.state[places], load) for effect, places in self.effects]
         return (self.weights @ np.concatenate(values)).T
 
@@ -95,15 +96,12 @@ class Plant:
         rates = [effect.state_rate(self.robot, signals, at.state[places]) for effect, places in self.effects]
         return np.concatenate(rates)
 
-    def _load(self, at: Instants) -> Array:
-        """What the gears carry (N, n) [N m|N]: the rotors turn before them."""
-        return at.inertial - self.armature * at.a
-
     def _signals(self, at: Instants) -> Signals:
         warmth = None if self.temperature is None else self.temperature(at.time)
+        load = at.inertial - self.armature * at.a  # what the gears carry: rotors turn before them
         return Signals(
             at.time, at.q, at.v, at.a, temperature=warmth, transition=self.transition, links=self.links,
-            rotors=self.armature, load=self._load(at), source="simulation",
+            rotors=self.armature, load=load, source="simulation",
         )  # fmt: skip
 
     @cached_property

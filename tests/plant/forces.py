@@ -17,7 +17,6 @@ from tests.plant.laws import Bristle, Smooth
 from tests.truth import Disturbance
 
 Array = NDArray[np.float64]
-LOAD_ROUNDS = 14  # each leaves less than a third of what the load is off by
 
 
 @dataclass(slots=True)
@@ -198,7 +197,9 @@ class Controlled:
         moves = np.ones(self.size, dtype=bool)
         moves[self.rotor] = direction != 0  # a stuck joint's rotor stands
         inner = mass[np.ix_(moves, moves)]
-        for _ in range(LOAD_ROUNDS if moves.any() else 0):
+        before = np.full(self.n, np.inf)
+        while not np.allclose(load, before):  # each round leaves less than a third of what the load is off by
+            before = load
             net = total.copy()
             net[self.rotor] -= mu * np.abs(load)
             left = net[: self.n].copy()

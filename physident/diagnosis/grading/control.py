@@ -8,7 +8,7 @@ few blocks can decide where they leave the ten of a payload open.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -59,15 +59,15 @@ def with_temperatures(control: Sequence[Signals], signals: Sequence[Signals]) ->
 
 
 @dataclass(frozen=True, kw_only=True)
-class Changes:
-    """By how much of itself each accepted effect differs from the control, its ``sizes``, zero where that is no proven change, and which of
-    these are ``mostly_new`` all the same."""
+class Change:
+    """By how much of itself an effect differs from the control, its ``size``, zero where that is no proven change, and whether it is then
+    ``mostly_new`` all the same."""
 
-    sizes: Mapping[Key, float] = field(default_factory=dict)
-    mostly_new: frozenset[Key] = frozenset()
+    size: float
+    mostly_new: bool = False
 
 
-def compare_sizes(hypothesis: Hypothesis, control: Sequence[Signals]) -> Changes:
+def changes_since(hypothesis: Hypothesis, control: Sequence[Signals]) -> dict[Key, Change]:
     """What has changed of each accepted effect; nothing without a control, and no contact, which belongs to one recording.
 
     What compared recordings decide is a change: the control was taken off them.
@@ -78,38 +78,21 @@ def compare_sizes(hypothesis: Hypothesis, control: Sequence[Signals]) -> Changes
         if one.candidate is not CONTACT and not is_shown_by_comparison(hypothesis, i)
     ]
     if not control or not tested:
-        return Changes()
-    joint = _joint_fit(hypothesis, control, tested)
-    sizes = _proven(hypothesis, joint, tested)
-    keys = [hypothesis.accepted[i].candidate.key for i in tested]
-    unproven = [k for k, size in enumerate(sizes) if size == 0]
-    return Changes(
-        sizes=dict(zip(keys, sizes, strict=True)),
-        mostly_new=frozenset(keys[k] for k in unproven if _is_mostly_new(joint.differences([k])[0])),
-    )
+        return {}
+    changes = changes_of(hypothesis, control, tested)
+    return {hypothesis.accepted[i].candidate.key: change for i, change in zip(tested, changes, strict=True)}
 
 
-def _is_mostly_new(one: Difference) -> bool:
-    """Whether noise alone makes no such difference, and it is most of the effect."""
-    return one.noise <= CERTAIN and one.size > MOSTLY
-
-
-def changed_since(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[float, ...]:
-    """By how much of itself each of some accepted effects (their indices) differs in the new recordings from the control; zero
-    where that is no proven change."""
-    return _proven(hypothesis, _joint_fit(hypothesis, control, tested), tested)
-
-
-def _proven(hypothesis: Hypothesis, joint: _JointFit, tested: Sequence[int]) -> tuple[float, ...]:
-    """The same, from a fit of control and new recordings.
+def changes_of(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> tuple[Change, ...]:
+    """By how much of itself each of some accepted effects (their indices) differs in the new recordings from the control.
 
     The effect whose difference is the least certain is taken for alike, and the others are judged again, until all that are left
     are certain: two effects that resemble each other would otherwise hide each other's change. Effects that the model did not
     have go first, because a value that changed is a shorter story than an effect that appeared. The more effects are tested, the more
-    certain each must be (Bonferroni). An effect of which nothing differs unless another one differs as well has not appeared: the two share one torque
-    otherwise than before. A difference must also be larger than those among the control's recordings and among the new ones,
+    certain each must be (Bonferroni). A difference must also be larger than those among the control's recordings and among the new ones,
     and be most of the effect: bristles that were there before, of which a tenth is gone, have not appeared.
     """
+    joint = _joint_fit(hypothesis, control, tested)
     known = set(range(len(hypothesis.problem.model.theta)))
     new = {k for k, i in enumerate(tested) if not known & {*hypothesis.extension.places[i].tolist()}}
     left, size = list(range(len(tested))), dict[int, float]()
@@ -119,13 +102,34 @@ def _proven(hypothesis: Hypothesis, joint: _JointFit, tested: Sequence[int]) -> 
             beyond_usual = one.usual * len(left) / CERTAIN if joint.scatter(k).count >= ENOUGH else one.usual / UNUSUAL
             doubt[k], size[k] = max(one.noise * len(left) / CERTAIN, beyond_usual), one.size
         doubtful = [k for k in left if doubt[k] >= 1 or size[k] <= MOSTLY]
-        if not doubtful and len(left) > 1:
-            doubt = {k: joint.differences([k])[0].noise for k in left if k in new}
-            doubtful = [k for k, one in doubt.items() if one > UNUSUAL]
+        if not doubtful:
+            doubt = _doubt_without_each_other(joint, left)
+            doubtful = [k for k in left if k in new and doubt[k] > UNUSUAL]
         if not doubtful:
             break
         left.remove(max(doubtful, key=lambda k: (k in new, doubt[k], -size[k])))
-    return tuple(size[k] if k in left else 0.0 for k in range(len(tested)))
+    return tuple(
+        Change(size=size[k]) if k in left else Change(size=0.0, mostly_new=_is_mostly_new(_beside(joint, k, left)))
+        for k in range(len(tested))
+    )
+
+
+def _doubt_without_each_other(joint: _JointFit, left: Sequence[int]) -> dict[int, float]:
+    """How often noise alone makes the difference of each effect that is ``left`` beside those that differ by themselves: of which nothing differs
+    unless another one does, that differs no more by itself, share one torque otherwise than before."""
+    alone = {k: _beside(joint, k, ()).noise for k in left}
+    own = [k for k in left if alone[k] <= UNUSUAL]
+    return alone | {k: _beside(joint, k, own).noise for k in left if k not in own}
+
+
+def _beside(joint: _JointFit, k: int, others: Sequence[int]) -> Difference:
+    """The difference of one effect where some others differ, too, and all the rest is alike."""
+    return joint.differences([*others, k])[-1]
+
+
+def _is_mostly_new(one: Difference) -> bool:
+    """Whether noise alone makes no such difference, and it is most of the effect."""
+    return one.noise <= CERTAIN and one.size > MOSTLY
 
 
 @dataclass(frozen=True, kw_only=True)

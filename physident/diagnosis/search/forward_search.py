@@ -240,16 +240,24 @@ def without_redundant(
         gain = evidence_without_best_fold(hypothesis, one.candidate)
         if not (gain > last.threshold_of(one.candidate.key, rest) and is_admissible(hypothesis, one.candidate)):
             kept = rest
+    return _with_undecided(problem, accepted, kept, last)
+
+
+def _with_undecided(
+    problem: DiagnosisProblem,
+    accepted: Sequence[AcceptedEffect],
+    kept: tuple[AcceptedEffect, ...],
+    last: CandidateScores,
+) -> tuple[AcceptedEffect, ...]:
+    """What is kept, with the effects of any arm that were accepted and are lost, all of a name, where they decide the values of what is kept."""
     lost = [one for one in problem.missing_default_effects if one in accepted and one not in kept]
-    open_ones = with_no_successor(last.hypothesis, lost)
-    for name in dict.fromkeys(one.candidate.name for one in open_ones):
-        some = [one for one in open_ones if one.candidate.name == name]
-        both = tuple(one for one in accepted if one in kept or one in some)
+    undecided = with_no_successor(last.hypothesis, lost)
+    for name in dict.fromkeys(one.candidate.name for one in undecided):
+        both = tuple(one for one in accepted if one in kept or (one in undecided and one.candidate.name == name))
         alone, beside = (
-            state_hypothesis(problem, each, last.hypothesis.model, last.hypothesis.data) for each in (kept, both)
+            state_hypothesis(problem, some, last.hypothesis.model, last.hypothesis.data) for some in (kept, both)
         )
-        if values_move(alone, beside):
-            kept = both
+        kept = both if values_move(alone, beside) else kept
     return kept
 
 

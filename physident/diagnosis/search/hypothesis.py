@@ -121,6 +121,10 @@ class Hypothesis:
         """Covariance (P, P) of the extended model's theta with correlated rows counted as independent samples."""
         return self.jacobian @ pseudo_inverse(self.fit.normal) @ self.jacobian.T
 
+    def standard_errors(self, i: int) -> Array:
+        """The standard errors (k,) of the numbers of accepted effect i, with correlated rows counted as independent samples."""
+        return np.sqrt(np.diag(self.covariance)[self.extension.places[i]])
+
     def left_to_prior(self, i: int) -> Array:
         """How much (k,) of the prior variance of each number of accepted effect i the data leave: 1 where they say nothing of it, 0 without a prior."""
         places = self.extension.places[i]
@@ -253,12 +257,10 @@ def rows_during(
 def values_move(alone: Hypothesis, beside: Hypothesis) -> bool:
     """Whether some value of the effects of a hypothesis, certain as it seems ``alone``, is another one ``beside`` further effects, or far less
     certain."""
-    later = {one.candidate.key: at for one, at in zip(beside.accepted, range(len(beside.accepted)), strict=True)}
+    later = {one.candidate.key: k for k, one in enumerate(beside.accepted)}
     for i, one in enumerate(alone.accepted):
         k = later[one.candidate.key]
-        std, whole = (
-            np.sqrt(np.diag(each.covariance)[each.extension.places[at]]) for each, at in ((alone, i), (beside, k))
-        )
+        std, whole = alone.standard_errors(i), beside.standard_errors(k)
         moved = np.abs(beside.effect_values[k] - alone.effect_values[i])
         if (np.maximum(moved, whole) > ELSEWHERE * std).any():
             return True
