@@ -55,3 +55,18 @@ def test_a_rotor_takes_what_no_motion_tells_from_a_link(estimate: pid.Estimate) 
     )
     assert theta["Izz_1"] == pytest.approx(stated["Izz_1"], abs=0.02)
     assert theta["Iyy_2"] == pytest.approx(stated["Iyy_2"], abs=0.05)
+
+
+def test_no_rotor_is_less_than_nothing_where_a_link_is_lighter_than_described(estimate: pid.Estimate) -> None:
+    """Torques that are measured behind the gears hold no rotor: where a description's link has too much inertia, the link is wrong."""
+    robot = estimate.model.robot
+    model = pid.Model.nominal(robot, ["rigid_body", "rotor_inertia"])
+    names = [column.name for column in model.columns]
+    lighter = np.array(model.theta)
+    lighter[[names.index("Izz_1"), names.index("Iyy_2")]] *= 0.5
+    base = pid.find_base_parameters(robot, model.effects)
+    found = base.nearest(model.theta, base.values(lighter))
+    np.testing.assert_allclose(base.values(found), base.values(lighter), atol=1e-9)
+    largest = np.abs(lighter - model.theta).max()
+    rotors = [found[names.index(f"rotor_inertia_{joint}")] for joint in (1, 2, 3)]
+    np.testing.assert_allclose(rotors, 0.0, atol=1e-3 * largest)

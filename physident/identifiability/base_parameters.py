@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,8 @@ class BaseParameters:
 
     ``independent`` (r,) and ``dependent`` (p - r,) are indices of columns, the first independent ones in order;
     ``beta`` (r, p - r); ``shares`` (p,) the share of each column's length outside those before it, whose gap between
-    ``rank_gap`` = (smallest accepted, largest rejected) decides.
+    ``rank_gap`` = (smallest accepted, largest rejected) decides. ``nonnegative`` (p,) are those that no arm has below zero; None where nobody
+    says so.
     """
 
     columns: tuple[Column, ...]
@@ -40,6 +41,7 @@ class BaseParameters:
     beta: Array
     shares: Array
     rank_gap: tuple[float, float]
+    nonnegative: NDArray[np.bool_] | None = None
 
     @property
     def r(self) -> int:
@@ -62,13 +64,26 @@ class BaseParameters:
         """The parameters (p,) nearest to ``nominal`` (p,) whose base parameters are ``values`` (r,).
 
         What no motion can show keeps its nominal value. Of a sum, what ``nominal`` says nothing of, as a rotor's inertia that the robot's
-        description does not state, takes all that is left beside what it states, as the links.
+        description does not state, takes all that is left beside what it states, as the links, unless it would be less than nothing.
         """
-        K = self.grouping
         places = [(column.effect, column.joint) for column in self.columns]
-        stated = {place for place, value in zip(places, nominal, strict=True) if value != 0}
-        KW = K * np.array([HELD if place in stated else 1.0 for place in places])
-        return nominal + KW.T @ np.linalg.solve(KW @ K.T, values - K @ nominal)
+        said = {place for place, value in zip(places, nominal, strict=True) if value != 0}
+        stated = np.array([place in said for place in places])
+        freedom = np.where(stated, HELD, 1.0)
+        found = self._moved(nominal, values, freedom)
+        below = ~stated & (found < 0) & (False if self.nonnegative is None else self.nonnegative)
+        return self._moved(nominal, values, np.where(below, HELD**2, freedom)) if below.any() else found
+
+    def _moved(self, nominal: Array, values: Array, freedom: Array) -> Array:
+        """The parameters (p,) of given base parameters whose distances from ``nominal``, divided by the root of their ``freedom`` (p,), have the least
+        sum of squares."""
+        K = self.grouping
+        KW = K * freedom
+        normal = KW @ K.T
+        scale = 1 / np.sqrt(np.diag(normal))
+        return nominal + KW.T @ (
+            scale * np.linalg.solve(scale[:, None] * normal * scale, scale * (values - K @ nominal))
+        )
 
     def expressions(self) -> list[str]:
         """Each base parameter as a sum of standard parameters, for example "Izz_1 + Iyy_2 + 0.18 m_3"."""
@@ -111,7 +126,18 @@ def find_base_parameters(robot: Robot, effects: Sequence[Effect], seed: int = 0)
         motion = Model.nominal(robot, effects).refer(motion)
     Y = np.concatenate([effect.regressor(robot, motion) for effect in effects], axis=2)
     held = np.array([effect.has_prior for effect in effects for _ in effect.columns(robot)])
-    return select_base(np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r")), columns, held)
+    R = np.asarray(np.linalg.qr(Y.reshape(-1, len(columns)), mode="r"))
+    nonnegative = np.concatenate([_never_negative(effect, robot) for effect in effects])
+    return replace(select_base(R, columns, held), nonnegative=nonnegative)
+
+
+def _never_negative(effect: Effect, robot: Robot) -> NDArray[np.bool_]:
+    """Which parameters (k,) of an effect a cone of theirs alone keeps from being negative."""
+    result = np.zeros(len(effect.columns(robot)), dtype=bool)
+    for cone in effect.cones(robot):
+        alone = (np.count_nonzero(cone.map, axis=1) == 1) & (cone.offset == 0) & (cone.map.sum(axis=1) > 0)
+        result |= (cone.map[alone] != 0).any(axis=0)
+    return result
 
 
 def random_motion(robot: Robot, seed: int, count: int = STATES) -> Signals:
