@@ -72,7 +72,10 @@ class BaseParameters:
         freedom = np.where(stated, HELD, 1.0)
         found = self._moved(nominal, values, freedom)
         below = ~stated & (found < 0) & (False if self.nonnegative is None else self.nonnegative)
-        return self._moved(nominal, values, np.where(below, HELD**2, freedom)) if below.any() else found
+        if below.any():
+            found = self._moved(nominal, values, np.where(below, HELD**4, freedom))
+            found[below & (np.abs(found) < HELD**2)] = 0.0  # what stays is no sum: the values say so
+        return found
 
     def _moved(self, nominal: Array, values: Array, freedom: Array) -> Array:
         """The parameters (p,) of given base parameters whose distances from ``nominal``, divided by the root of their ``freedom`` (p,), have the least
