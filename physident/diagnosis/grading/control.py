@@ -216,7 +216,8 @@ class _JointFit:
 def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Sequence[int]) -> _JointFit:
     problem, model = hypothesis.problem, hypothesis.extension.model
     (before, old_weights), (after, new_weights) = (
-        rows_of_model(model, signals, problem.filter) for signals in (control, problem.signals)
+        rows_of_model(one, signals, problem.filter)
+        for one, signals in ((_as_before(hypothesis), control), (model, problem.signals))
     )
     smooth = smooth_parts(model.robot, [(control, old_weights), (problem.signals, new_weights)], problem.filter)
     own = as_others_show(hypothesis, tested, before, after)
@@ -243,6 +244,12 @@ def _joint_fit(hypothesis: Hypothesis, control: Sequence[Signals], tested: Seque
         shown=tuple(shown),
         unseen=unseen,
     )
+
+
+def _as_before(hypothesis: Hypothesis) -> Model:
+    """The extended model with the values from before, by which its own recordings were loaded: a payload that is new loaded no gear then."""
+    model, known = hypothesis.extension.model, hypothesis.problem.model.theta
+    return replace(model, theta=np.concatenate([known, np.zeros(len(model.theta) - len(known))]))
 
 
 def _unseen(before: Regressor, after: Regressor, values: Array) -> frozenset[int]:
