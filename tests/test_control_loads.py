@@ -44,7 +44,11 @@ def test_friction_by_load_that_was_there_before_a_payload_has_not_changed(
     problem = state_problem("different", estimate, signals, estimate.filter, 0)
     wanted = [("payload", ()), ("load_dependent_friction", (1,)), ("load_dependent_friction", (2,))]
     candidates = {one.key: one for one in settled_hypothesis(problem, ()).data.candidates}
-    accepted = [AcceptedEffect(candidates[key], candidates[key].options[0].effect) for key in wanted]
+    accepted = [
+        AcceptedEffect(candidates[key], effect)
+        for key in wanted
+        if (effect := candidates[key].options[0].effect) is not None
+    ]
     payload, *friction = changes_of(settled_hypothesis(problem, accepted), control, range(3))
     assert payload.size == pytest.approx(1.0, abs=0.15)
     assert [one.size > 0 for one in friction] == [changed] * 2

@@ -13,7 +13,7 @@ import pytest
 import physident as pid
 from physident.diagnosis.problem.candidates import candidate_effects
 from physident.diagnosis.problem.problem import state_problem
-from physident.diagnosis.search.acceptance import holds_against_leaks
+from physident.diagnosis.rivals.imitators import holds_against_leaks
 from physident.diagnosis.search.candidate_scores import score_candidates
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.diagnosis.stability import stability

@@ -22,6 +22,7 @@ from physident.diagnosis.search.contact_scan import most_without_the_strongest, 
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
+from physident.diagnosis.statistics.thresholds import MIN_REDUCTION_PERCENT
 from physident.dynamics.regressor import build_regressor
 from physident.effects.catalogue import make_effects
 from physident.estimation.identify import prepare_all
@@ -71,7 +72,7 @@ def test_a_gain_that_one_block_makes_is_not_named(healthy: Hypothesis, monkeypat
         return before if one is None else after
 
     monkeypatch.setattr(acceptance, "left_out_costs", costs)
-    assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > acceptance.MIN_REDUCTION_PERCENT
+    assert reduction_percent(before.sum(axis=0), after.sum(axis=0)) > MIN_REDUCTION_PERCENT
     assert not acceptance.is_useful(healthy, candidate)
 
 

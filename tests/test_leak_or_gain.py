@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from physident.diagnosis.search import acceptance
+from physident.diagnosis.rivals import imitators
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_leaks_refute_a_gain_where_they_take_most_of_what_it_leaves(
         left_out_squares=350.0 * blocks,
         problem=SimpleNamespace(taken_off_squares=np.zeros(1)),
     )
-    monkeypatch.setattr(acceptance, "refine_shape", lambda *_: None)
-    monkeypatch.setattr(acceptance, "_with_leaks", lambda *_: leaks)
+    monkeypatch.setattr(imitators, "refine_shape", lambda *_: None)
+    monkeypatch.setattr(imitators, "_with_leaks", lambda *_: leaks)
     candidate: Any = SimpleNamespace()
-    assert acceptance.holds_against_leaks(hypothesis, candidate) == holds
+    assert imitators.holds_against_leaks(hypothesis, candidate) == holds

@@ -10,7 +10,7 @@ import pytest
 
 import physident as pid
 from physident.diagnosis.problem.problem import state_problem
-from physident.diagnosis.search.acceptance import scales_as_a_whole
+from physident.diagnosis.rivals.imitators import scales_as_a_whole
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.effects.scales.torque_scale import TorqueScale
 from physident.estimation.identify import prepare_all

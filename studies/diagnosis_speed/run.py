@@ -16,8 +16,8 @@ from physident.diagnosis.problem.question import choose_question
 from physident.diagnosis.search.candidate_scores import surrogate_responses
 from physident.diagnosis.search.forward_search import search_effects, settled_hypothesis
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.thresholds import SURROGATES
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
+from physident.diagnosis.statistics.thresholds import SURROGATES
 from physident.estimation.identify import prepare_all
 
 PLAIN = 40  # candidates whose left-out residuals are computed row by row, to know what one costs

@@ -18,14 +18,15 @@ from physident.diagnosis.learned.pool import CurvePool
 from physident.diagnosis.learned.turning_speed import with_own_width
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.remainder.unexplained import white_memory
-from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS, is_admissible, is_worth_naming, left_out_costs
+from physident.diagnosis.search.acceptance import is_admissible
 from physident.diagnosis.search.candidate_scores import over_surrogates, score_candidates
 from physident.diagnosis.search.forward_search import HANDFUL, SearchResult, count_findings, placed, without_redundant
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.left_out_costs import RIVAL_STANDARD_ERRORS, is_worth_naming, left_out_costs
 from physident.diagnosis.search.shape_refinement import refine_shape
-from physident.diagnosis.search.thresholds import effect_threshold
 from physident.diagnosis.statistics.left_out_gains import Judge, left_out_gains
 from physident.diagnosis.statistics.left_out_residuals import standard_error
+from physident.diagnosis.statistics.thresholds import effect_threshold
 from physident.effects.classification import Family
 from physident.effects.learned.curve import LearnedCurve
 from physident.estimation.uncertainty import correlation_rows

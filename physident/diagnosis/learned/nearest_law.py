@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.search.acceptance import contradiction, left_out_costs
+from physident.diagnosis.search.acceptance import contradiction
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.left_out_costs import left_out_costs
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.left_out_gains import left_out_gains
 from physident.effects.classification import Detection

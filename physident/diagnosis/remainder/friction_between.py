@@ -52,7 +52,7 @@ def friction_between(hypothesis: Hypothesis) -> tuple[FrictionBetween | None, ..
         return (None,) * n
     found = []
     for friction, left, memory in zip(
-        _friction_torque(hypothesis).T, hypothesis.fit.residual.T, hypothesis.fit.memory, strict=True
+        np.sum(friction_torque(hypothesis), axis=0).T, hypothesis.fit.residual.T, hypothesis.fit.memory, strict=True
     ):
         parts = [(friction[some], left[some]) for some in (recording == one for one in numbers)]
         squares = np.array([f @ f for f, _ in parts])
@@ -65,23 +65,28 @@ def friction_between(hypothesis: Hypothesis) -> tuple[FrictionBetween | None, ..
     return tuple(found)
 
 
-def _friction_torque(hypothesis: Hypothesis) -> Array:
-    """The friction torque (M, n) [N m|N] of the extended model in the weighted rows."""
-    problem = hypothesis.problem
-    total = _torque_of(hypothesis, problem.model.theta * np.any(friction_places(problem.model), axis=0))
-    total += moved_friction(hypothesis)
+def friction_torque(hypothesis: Hypothesis) -> tuple[Array, Array]:
+    """The torques (M, n) [N m|N] of the extended model's dry friction and of all its other friction in the weighted rows."""
+    model = hypothesis.problem.model
+    dry, other = (
+        _torque_of(hypothesis, (model.theta + _moved(hypothesis)) * places) for places in friction_places(model)
+    )
     for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
         if one.effect.family is Family.FRICTION:
-            total += hypothesis.columns(one.candidate, one.effect).torque(values)
-    return total
+            part = dry if one.effect.dry else other
+            part += hypothesis.columns(one.candidate, one.effect).torque(values)
+    return dry, other
 
 
 def moved_friction(hypothesis: Hypothesis) -> Array:
     """The torque (M, n) [N m|N] by which the model's own friction has moved beside the accepted effects."""
-    problem = hypothesis.problem
-    freedom = problem.freedom
-    moved = freedom.map @ hypothesis.fit.x[: len(freedom.prior)]
-    return _torque_of(hypothesis, moved * np.any(friction_places(problem.model), axis=0))
+    return _torque_of(hypothesis, _moved(hypothesis) * np.any(friction_places(hypothesis.problem.model), axis=0))
+
+
+def _moved(hypothesis: Hypothesis) -> Array:
+    """By how much the model's parameters (p,) have moved beside the accepted effects."""
+    freedom = hypothesis.problem.freedom
+    return freedom.map @ hypothesis.fit.x[: len(freedom.prior)]
 
 
 def _torque_of(hypothesis: Hypothesis, theta: Array) -> Array:

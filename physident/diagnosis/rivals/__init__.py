@@ -1,1 +1,3 @@
-"""What a finding may be mistaken for: effects that these recordings cannot tell from it, and those that no motion can. Start with ``rivals``."""
+"""What a finding may be mistaken for: effects that these recordings cannot tell from it, and those that no motion can.
+
+``imitators`` are what nobody may name though it looks like a cause. Start with ``rivals``."""

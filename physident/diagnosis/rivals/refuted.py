@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.problem.baseline_fit import fit_baseline
 from physident.diagnosis.problem.columns import Columns
-from physident.diagnosis.search.acceptance import RIVAL_STANDARD_ERRORS
 from physident.diagnosis.search.hypothesis import Hypothesis
+from physident.diagnosis.search.left_out_costs import RIVAL_STANDARD_ERRORS
 from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_residuals import standard_error
 

@@ -11,17 +11,11 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
 from physident.diagnosis.rivals.refuted import is_refuted
 from physident.diagnosis.rivals.whole_friction import WholeFriction
-from physident.diagnosis.search.acceptance import (
-    MAX_COMPARED,
-    contradicted,
-    contradiction,
-    is_as_good,
-    left_out_costs,
-    makes_redundant,
-)
+from physident.diagnosis.search.acceptance import MAX_COMPARED, contradiction, is_as_good, makes_redundant
 from physident.diagnosis.search.candidate_scores import CandidateScores, contact_thresholds
 from physident.diagnosis.search.contact_scan import CONTACT, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.left_out_costs import contradicted, left_out_costs
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.baseline_products import BaselineProducts
 from physident.diagnosis.statistics.left_out_gains import left_out_gains

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.search.contact_scan import ContactScan, scan_contacts
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.thresholds import SURROGATES, contact_threshold, effect_threshold
 from physident.diagnosis.statistics.left_out_gains import Judge, LeftOutGains, left_out_gains
 from physident.diagnosis.statistics.stored_products import Key
 from physident.diagnosis.statistics.surrogates import phase_randomised
+from physident.diagnosis.statistics.thresholds import SURROGATES, contact_threshold, effect_threshold
 from physident.effects.catalogue import effect_scope
 from physident.identifiability.visibility import VISIBLE
 from physident.large_arrays import blocks, steps

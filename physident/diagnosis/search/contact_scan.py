@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.candidates import STIFF, Candidate, Option
 from physident.diagnosis.problem.search_data import OUTSIDE, rows_of
 from physident.diagnosis.search.hypothesis import Hypothesis
-from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.baseline_products import response_products
 from physident.diagnosis.statistics.left_out_gains import evidence_of
 from physident.diagnosis.statistics.left_out_residuals import reduction_percent
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
+from physident.diagnosis.statistics.thresholds import MIN_REDUCTION_PERCENT
 from physident.effects.contact import PIECE, Contact
 from physident.large_arrays import blocks
 

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
-from physident.diagnosis.search.acceptance import contradicted, is_admissible, is_as_good, left_out_costs
+from physident.diagnosis.search.acceptance import is_admissible, is_as_good
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis, state_hypothesis
+from physident.diagnosis.search.left_out_costs import contradicted, left_out_costs
 from physident.diagnosis.search.shape_refinement import refine_shape
 from physident.diagnosis.statistics.normal_equations import pseudo_inverse
 from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen

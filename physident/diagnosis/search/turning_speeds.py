@@ -22,7 +22,7 @@ from physident.diagnosis.search.forward_search import (
 )
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.shape_refinement import refine_shape
-from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
+from physident.diagnosis.statistics.thresholds import MIN_REDUCTION_PERCENT
 from physident.dynamics.model import Model
 from physident.dynamics.regressor import Regressor
 from physident.effects.classification import Family

@@ -16,9 +16,9 @@ from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate, pr
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.search.physical_signs import physical_contradiction
-from physident.diagnosis.search.thresholds import MIN_REDUCTION_PERCENT
 from physident.diagnosis.statistics.product_fit import Chosen, ProductFit, best_alone, fit_chosen
 from physident.diagnosis.statistics.stored_products import Key, Products, StoredProducts
+from physident.diagnosis.statistics.thresholds import MIN_REDUCTION_PERCENT
 
 Array = NDArray[np.float64]
 

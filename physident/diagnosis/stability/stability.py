@@ -13,8 +13,8 @@ import numpy as np
 
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.result.findings import SEARCHES
+from physident.diagnosis.rivals.imitators import is_not_imitated
 from physident.diagnosis.rivals.rivals import RivalCheck
-from physident.diagnosis.search.acceptance import is_not_imitated
 from physident.diagnosis.search.candidate_scores import CandidateScores
 from physident.diagnosis.search.contact_scan import CONTACT
 from physident.diagnosis.search.hypothesis import Hypothesis
