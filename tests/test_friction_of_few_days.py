@@ -10,6 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import physident as pid
+from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.rivals.imitators import holds_beside_the_friction_of_each_recording
+from physident.diagnosis.search.forward_search import settled_hypothesis
+from physident.estimation.identify import prepare_all
 from tests.serial_arms import Joint, urdf
 
 ARM = (
@@ -68,3 +72,17 @@ def test_cross_talk_is_found_beside_it(tmp_path: Path) -> None:
     assert (found.effect, found.joints) == ("torque_crosstalk", (4,))
     (share,) = [value for value in found.parameters if value.name == "share_of_joint2"]
     assert share.value == pytest.approx(SHARE, rel=0.15)
+
+
+def test_every_candidate_can_be_held_against_it_and_friction_s_own_size_is_no_rival_of_itself(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf(ARM))
+    levels = 1 + 0.015 * np.random.default_rng(9).standard_normal((2, 4))
+    runs = [run(90 + k, level, 0.0) for k, level in enumerate(levels)]
+    estimate = pid.identify(pid.load_robot(tmp_path / "arm.urdf"), runs)
+    signals = prepare_all(estimate.model.robot, runs, estimate.filter)
+    hypothesis = settled_hypothesis(state_problem("missing", estimate, signals, estimate.filter, 0), ())
+    candidates = [one for one in hypothesis.data.candidates if not one.placebo]
+    holds = {one.key: holds_beside_the_friction_of_each_recording(hypothesis, one) for one in candidates}
+    assert {one.size for one in candidates} >= {1, 2, 3}
+    assert all(holds["viscous_friction", (joint,)] for joint in (1, 2, 3, 4))
+    assert not any(holds["torque_crosstalk", (joint,)] for joint in (1, 2, 3, 4))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.diagnosis.problem.candidates import Candidate
+from physident.diagnosis.problem.candidates import Candidate, prior_precision
 from physident.diagnosis.problem.columns import Columns, joined_columns
 from physident.diagnosis.problem.folds import leaves_out_recordings
 from physident.diagnosis.remainder.friction_between import friction_torque
@@ -123,8 +123,7 @@ def holds_beside_the_friction_of_each_recording(hypothesis: Hypothesis, candidat
     True of a single recording, of what is such a size or follows a measured temperature, and, but for the shares of what several joints carry,
     which are as many numbers as there are days, where recordings are left out as a whole.
     """
-    problem, (option, *_) = hypothesis.problem, candidate.options
-    recording, effect = problem.regressor.recording, option.effect
+    recording, effect = hypothesis.problem.regressor.recording, candidate.options[0].effect
     numbers = np.unique(recording)
     unseen = leaves_out_recordings(hypothesis.data.fold, recording) and not isinstance(effect, TorqueCrosstalk)
     if len(numbers) < 2 or unseen or (effect is not None and effect.needs_temperature):
@@ -134,13 +133,14 @@ def holds_beside_the_friction_of_each_recording(hypothesis: Hypothesis, candidat
     days = Columns.of(
         [np.hstack([part[:, [j]] * inside * (j in joints) for part in parts]) for j in range(len(hypothesis.fit.sigma))]
     )
-    own = hypothesis.columns(candidate, refine_shape(hypothesis, candidate))
+    refined = refine_shape(hypothesis, candidate)
+    own = hypothesis.columns(candidate, refined)
     if _share_outside(own, days) < VISIBLE:
         return True
     weights, squares = hypothesis.fit.weights**2, hypothesis.left_out_fits.squares_of_blocks
     free = np.zeros(days.count)
     without = weights * squares(days, free)
-    beside = weights * squares(joined_columns([days, own]), np.concatenate([free, option.prior]))
+    beside = weights * squares(joined_columns([days, own]), np.concatenate([free, prior_precision(refined, own.count)]))
     gain = (without - beside).sum(axis=1)
     worth = is_worth_naming(hypothesis, without, beside, whole=left_out_costs(hypothesis, None))
     return worth and bool(gain.sum() > RIVAL_STANDARD_ERRORS * standard_error(gain))
