@@ -134,11 +134,16 @@ def swinging(
 ) -> tuple[Array, Array, Array]:
     """Angles [rad], velocities and the torques (N, n) [N m] of some joints' links and rotors [kg m^2], along four sines of each, of a ``reach``
     [rad] and a ``pace`` [rad/s]."""
-    model = pin.buildModelFromXML(urdf(joints))
-    model.armature = np.full(len(joints), 0.0) + rotor_inertia
     omega, phase = rng.uniform(*pace, (4, len(joints))), rng.uniform(0, 2 * np.pi, (4, len(joints)))
     angle = time[:, None, None] * omega + phase
     parts = np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle)
     q, v, a = (reach * part.sum(axis=1) for part in parts)
+    return q, v, needed(joints, q, v, a, rotor_inertia)
+
+
+def needed(joints: tuple[Joint, ...], q: Array, v: Array, a: Array, rotor_inertia: Array | float = 0.0) -> Array:
+    """Torques (N, n) [N m] of some joints' links and rotors [kg m^2] along a motion, by pinocchio."""
+    model = pin.buildModelFromXML(urdf(joints))
+    model.armature = np.full(len(joints), 0.0) + rotor_inertia
     data = model.createData()
-    return q, v, np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    return np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])

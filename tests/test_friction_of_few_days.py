@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
 import physident as pid
 from physident.diagnosis.problem.problem import state_problem
+from physident.diagnosis.rivals import imitators
 from physident.diagnosis.rivals.imitators import holds_beside_the_friction_of_each_recording
 from physident.diagnosis.search.forward_search import settled_hypothesis
 from physident.estimation.identify import prepare_all
-from tests.serial_arms import Joint, urdf
+from tests.serial_arms import Joint, needed, urdf
 
 ARM = (
     Joint("0 0 1", mass=8.0, length=0.25), Joint("0 1 0", "0 0 0.15", mass=7.0, length=0.4), Joint("0 1 0", "0 0 0.4", mass=4.0),
@@ -36,10 +36,7 @@ def run(number: int, level: NDArray[np.float64], shown: float) -> pid.Recording:
     q, v, a = (
         (size * part).sum(axis=1) for part in (np.sin(angle), omega * np.cos(angle), -(omega**2) * np.sin(angle))
     )
-    model = pin.buildModelFromXML(urdf(ARM))
-    data = model.createData()
-    tau = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
-    tau += (DRY * v / np.hypot(v, 0.004) + DRAG * v) * level
+    tau = needed(ARM, q, v, a) + (DRY * v / np.hypot(v, 0.004) + DRAG * v) * level
     tau[:, 3] += shown * tau[:, 1]
     return pid.Recording.from_arrays(
         time, q, dq=v, effort=tau + NOISE * rng.standard_normal(tau.shape), source=str(number)
@@ -61,10 +58,14 @@ def test_friction_of_two_days_is_no_cause(tmp_path: Path, seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_few_arms_whose_friction_differs_between_two_days_are_accused(tmp_path: Path) -> None:
-    """Seven of these twenty-four are where one friction holds for both days."""
-    accused = [seed for seed in range(9, 33) if causes(tmp_path, seed, 0.015, 0.0)]
-    assert len(accused) <= 3
+def test_few_arms_whose_friction_differs_between_two_days_are_accused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seeds = range(9, 33)
+    accused = [seed for seed in seeds if causes(tmp_path, seed, 0.015, 0.0)]
+    monkeypatch.setattr(imitators, "holds_beside_the_friction_of_each_recording", lambda *_: True)
+    beside_one_friction = [seed for seed in seeds if causes(tmp_path, seed, 0.015, 0.0)]
+    assert len(accused) <= 3 < 6 <= len(beside_one_friction)  # 2 and 7 when this was written
 
 
 def test_cross_talk_is_found_beside_it(tmp_path: Path) -> None:
