@@ -32,7 +32,7 @@ SHORT = {
 def overview(worlds: Mapping[str, Mapping[str, Any]], names: Mapping[str, str]) -> str:
     """The main figures of some worlds [%] with their 95 % intervals, some of them by what was drawn."""
     chosen = [world for world in names if world in worlds]
-    heads = "".join(f"{names[w]:<28}" for w in chosen).rstrip()
+    heads = "".join(f"{names[w]:<32}" for w in chosen).rstrip()
     lines = [f"{'[%], 95 % interval, trials':<62}{'asked':<8}{heads}"]
     for key, asked in ASKED.items():
         lines.append(_line(FIGURES[key][0], asked, [worlds[w]["figures"].get(key) for w in chosen]))
@@ -56,7 +56,7 @@ def every_set(figures: Mapping[str, Mapping[str, Figures]], names: Mapping[str, 
 
 
 def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None]) -> str:
-    return (f"{label:<62}{asked:<8}" + "".join(f"{_cell(cell):<28}" for cell in cells)).rstrip()
+    return (f"{label:<62}{asked:<8}" + "".join(f"{_cell(cell):<32}" for cell in cells)).rstrip()
 
 
 def _cell(value: Mapping[str, Any] | None) -> str:
