@@ -32,15 +32,16 @@ SHORT = {
 def overview(worlds: Mapping[str, Mapping[str, Any]], names: Mapping[str, str]) -> str:
     """The main figures of some worlds [%] with their 95 % intervals, some of them by what was drawn."""
     chosen = [world for world in names if world in worlds]
-    heads = "".join(f"{names[w]:<32}" for w in chosen).rstrip()
+    width = max(28, 2 + max(len(names[w]) for w in chosen))
+    heads = "".join(f"{names[w]:<{width}}" for w in chosen).rstrip()
     lines = [f"{'[%], 95 % interval, trials':<62}{'asked':<8}{heads}"]
     for key, asked in ASKED.items():
-        lines.append(_line(FIGURES[key][0], asked, [worlds[w]["figures"].get(key) for w in chosen]))
+        lines.append(_line(FIGURES[key][0], asked, [worlds[w]["figures"].get(key) for w in chosen], width))
         for stratum in BY.get(key, ()):
             for value in dict.fromkeys(value for w in chosen for value in worlds[w]["strata"][stratum]):
                 cells = [worlds[w]["strata"][stratum].get(value, {}).get(key) for w in chosen]
                 if any(cell and cell["n"] for cell in cells):
-                    lines.append(_line(f"    {value}", "", cells))
+                    lines.append(_line(f"    {value}", "", cells, width))
     return "\n".join(lines)
 
 
@@ -55,8 +56,8 @@ def every_set(figures: Mapping[str, Mapping[str, Figures]], names: Mapping[str, 
     return "\n".join(lines)
 
 
-def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None]) -> str:
-    return (f"{label:<62}{asked:<8}" + "".join(f"{_cell(cell):<32}" for cell in cells)).rstrip()
+def _line(label: str, asked: str, cells: Sequence[Mapping[str, Any] | None], width: int) -> str:
+    return (f"{label:<62}{asked:<8}" + "".join(f"{_cell(cell):<{width}}" for cell in cells)).rstrip()
 
 
 def _cell(value: Mapping[str, Any] | None) -> str:
