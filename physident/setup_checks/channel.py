@@ -21,6 +21,7 @@ from physident.setup_checks.rows import Rows
 Array = NDArray[np.float64]
 NO_FRICTION = 0.1  # of inertia and gravity: gears of arms lose more than a tenth
 FRICTION = 0.15  # of inertia and gravity: no sensor behind the gear shows as much
+REVERSES = 0.5  # standard deviation of the direction of motion over its RMS: less where 93 % of the motion is one way
 EXACT = 1e-3  # of the effort's standard deviation: current and torque sensors have more noise
 CHANGING = 0.05  # share of samples that differ from the ones before: fewer say nothing about noise
 UNLIKE = 30.0  # noise of one joint over that of another, both relative: sensors of one arm are not so different
@@ -77,7 +78,9 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
         return friction / np.maximum(rigid, 1e-12 * max(float(rigid.max()), 1e-12))
 
     replicates = np.array([shares(block) for block in range(moments.blocks)])
-    moves = rows.v.std(axis=0) > MOVING_SPEED * rows.robot.radian  # what stands still shows no friction
+    # what stands still shows no friction, and what turns one way shows none that an offset could not be
+    moves = rows.v.std(axis=0) > MOVING_SPEED * rows.robot.radian
+    moves &= columns[:, :, 4].std(axis=1) > REVERSES * np.sqrt((rows.sign**2).mean(axis=0))
     return jackknife(shares(None), replicates), rows.strong() & moves
 
 

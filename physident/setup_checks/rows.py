@@ -30,8 +30,8 @@ class Rows:
     """M rows in motion of n joints, from positions and efforts only: the measured velocity may be wrong.
 
     ``q``, ``v``, ``a`` and ``torque`` (M, n) in rad, N m and seconds, filtered and decimated; ``sign`` (M, n) is the filtered
-    direction of motion. ``bristles`` (M, n, 3) are friction of one that builds up over each of ``BUILDS_UP``. ``segment`` and ``block`` (M,) number the contiguous parts and the blocks of the jackknife; ``time``
-    (M,) [s]. ``trusted``: all efforts are torques, or currents with drive gains.
+    direction of motion. ``bristles`` (M, n, 3) are friction of one that builds up over each of ``BUILDS_UP``. ``recording``, ``segment`` and ``block``
+    (M,) number the recordings, their contiguous parts and the blocks of the jackknife; ``time`` (M,) [s]. ``trusted``: all efforts are torques, or currents with drive gains.
     """
 
     robot: Robot
@@ -42,6 +42,7 @@ class Rows:
     sign: Array
     bristles: Array
     time: Array
+    recording: NDArray[np.intp]
     segment: NDArray[np.intp]
     block: NDArray[np.intp]
     trusted: bool
@@ -60,7 +61,7 @@ class Rows:
     @cached_property
     def columns(self) -> Array:
         """What explains the torque of each joint, (n, M, 5): gravity, inertia, rotor, viscous and Coulomb friction, each
-        without its mean over a segment, so that a constant offset of a recording is no evidence."""
+        without its mean over a recording, of which a constant offset is no evidence."""
         parts = (self.gravity, self.inertial, self.a, self.v, self.sign)
         return self.centred(np.stack(parts, axis=-1)).transpose(1, 0, 2)
 
@@ -70,10 +71,10 @@ class Rows:
         return size >= STRONG * size.max()
 
     def centred(self, values: Array) -> Array:
-        """Values (M, ...) without their mean over each segment."""
+        """Values (M, ...) without their mean over each recording; a short part of one may hold friction of one direction alone."""
         result = np.array(values, dtype=float)
-        for part in np.unique(self.segment):
-            rows = self.segment == part
+        for one in np.unique(self.recording):
+            rows = self.recording == one
             result[rows] -= result[rows].mean(axis=0)
         return result
 
@@ -104,17 +105,19 @@ class Rows:
 
 def rows_of(robot: Robot, recordings: Sequence[Recording]) -> Rows | None:
     """Rows of recordings with the robot's number of joints; None where too little of them is in motion."""
-    parts = [part for recording in recordings for part in _filtered(recording, robot)]
-    kept = [part for part in parts if len(part.time) > 2]
-    if sum(len(part.time) for part in kept) < MIN_ROWS:
+    parts = [(k, part) for k, recording in enumerate(recordings) for part in _filtered(recording, robot)]
+    numbers, kept = [k for k, part in parts if len(part.time) > 2], [part for _, part in parts if len(part.time) > 2]
+    lengths = [len(part.time) for part in kept]
+    if sum(lengths) < MIN_ROWS:
         return None
-    segment = np.concatenate([np.full(len(part.time), k) for k, part in enumerate(kept)])
+    segment = np.repeat(np.arange(len(kept)), lengths)
     names = ("q", "v", "a", "torque", "sign", "bristles", "time")
     joined = {name: np.concatenate([getattr(part, name) for part in kept]) for name in names}
     count = len(segment)
     return Rows(
         robot=robot,
         **joined,
+        recording=np.repeat(numbers, lengths),
         segment=segment,
         block=np.arange(count) * BLOCKS // count,
         trusted=all(r.effort_kind == "torque" or r.drive_gains is not None for r in recordings),

@@ -51,8 +51,8 @@ def check_velocity(recordings: Sequence[Recording]) -> Iterator[SetupFinding]:
     n = len(moving)
     if not moving.any():
         return
-    own = _correlation(rows.derived, rows.measured)
-    agree = np.abs(np.diag(own)) >= ALIKE
+    own = _likeness(rows.derived, rows.measured)
+    agree = np.abs(own) >= ALIKE
     if (order := _order(rows, moving)) is not None:
         yield order
         return
@@ -73,7 +73,8 @@ def _swapped(recordings: Sequence[Recording]) -> SetupFinding | None:
     moving = np.abs(rows.derived).max(axis=0) > 2 * MOVING_SPEED
     size = np.maximum((rows.derived**2).sum(axis=0), 1e-30)
     factor = (rows.measured * rows.derived).sum(axis=0) / size
-    alike = np.diag(_correlation(rows.derived, rows.measured))
+    # a position has a zero of its own
+    alike = _likeness(*(x - x.mean(axis=0) for x in (rows.derived, rows.measured)))
     if not moving.any() or not ((alike > SAME) & (np.abs(factor - 1) < TOLERANCE))[moving].all():
         return None
     return SetupFinding(
@@ -121,7 +122,7 @@ def _unlike(own: Array, wrong: NDArray[np.bool_], n: int) -> SetupFinding:
         kind="velocity_unlike",
         joints=joints,
         statement=f"the measured velocity of {within(joints, n)} does not follow its position; leave dq out or correct its columns",
-        evidence=f"correlation with the derivative of position {np.abs(np.diag(own))[wrong].min():.2f}, expected above {ALIKE}",
+        evidence=f"correlation with the derivative of position {np.abs(own)[wrong].min():.2f}, expected above {ALIKE}",
         void=True,
     )
 
@@ -202,8 +203,8 @@ def _delay(rows: Velocities, moving: NDArray[np.bool_]) -> Iterator[SetupFinding
 
 
 def _velocities(recordings: Sequence[Recording]) -> Velocities | None:
-    """Filtered rows of the longest contiguous part of each recording."""
-    parts = [part for part in map(_of_recording, recordings) if part is not None]
+    """Filtered rows of all contiguous parts of each recording."""
+    parts = [part for recording in recordings for part in _of_recording(recording)]
     if not parts:
         return None
     names = ("measured", "derived", "slope")
@@ -212,28 +213,31 @@ def _velocities(recordings: Sequence[Recording]) -> Velocities | None:
     return Velocities(**joined, block=np.arange(count) * BLOCKS // count, step=max(part.step for part in parts))
 
 
-def _of_recording(recording: Recording) -> Velocities | None:
+def _of_recording(recording: Recording) -> Iterator[Velocities]:
     assert recording.dq is not None
     filter = filter_for(recording)
     try:
         signals = differentiate(replace(recording, dq=None, effort=recording.dq, effort_kind="torque"), filter)
     except InputError:
-        return None
-    part = signals.part(max(signals.segments, key=lambda s: s.stop - s.start))
-    assert part.torque is not None
-    channels = (part.torque, part.v, np.gradient(part.v, 1 / signals.rate, axis=0))
-    rows = [filter.apply(np.ascontiguousarray(x.T), signals.rate).T for x in channels]
-    names = ("measured", "derived", "slope")
-    return Velocities(
-        **dict(zip(names, rows, strict=True)), block=np.zeros(len(rows[0]), dtype=np.intp), step=1 / signals.rate
-    )
+        return
+    for part in map(signals.part, signals.segments):
+        assert part.torque is not None
+        channels = (part.torque, part.v, np.gradient(part.v, 1 / signals.rate, axis=0))
+        measured, derived, slope = (filter.apply(np.ascontiguousarray(x.T), signals.rate).T for x in channels)
+        yield Velocities(
+            measured=measured,
+            derived=derived,
+            slope=slope,
+            block=np.zeros(len(measured), dtype=np.intp),
+            step=1 / signals.rate,
+        )
 
 
-def _correlation(first: Array, second: Array) -> Array:
-    """Correlations (n, n) of the columns of two arrays (M, n); zero for a constant column."""
-    a, b = first - first.mean(axis=0), second - second.mean(axis=0)
-    size = np.outer(np.linalg.norm(a, axis=0), np.linalg.norm(b, axis=0))
-    return a.T @ b / np.where(size > 0, size, 1.0)
+def _likeness(first: Array, second: Array) -> Array:
+    """Correlation (n,) about zero of the columns of two arrays (M, n), because a velocity has no offset, and one that is held is as much like
+    itself; zero where one is zero."""
+    size = np.linalg.norm(first, axis=0) * np.linalg.norm(second, axis=0)
+    return (first * second).sum(axis=0) / np.where(size > 0, size, 1.0)
 
 
 def _span(values: list[float]) -> str:

@@ -1,0 +1,63 @@
+"""Strokes at a constant speed, as they are recorded to measure friction, and recordings with gaps are not taken for wrong set-ups."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import physident as pid
+
+BOOM = """<robot name="boom"><link name="mast"/>
+  <link name="boom"><inertial><mass value="3.1"/><origin xyz="0.35 0 0"/>
+    <inertia ixx="0.01" iyy="0.12" izz="0.12" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="luff" type="revolute"><parent link="mast"/><child link="boom"/><axis xyz="0 -1 0"/>
+    <limit lower="-1.5" upper="1.5" effort="60" velocity="2"/></joint></robot>"""
+SPEED, FAR, RUBS = 0.26, 0.9, 2.4  # rad/s, rad, N m
+
+
+@pytest.fixture(scope="module")
+def boom(tmp_path_factory: pytest.TempPathFactory) -> pid.Robot:
+    path = tmp_path_factory.mktemp("boom") / "boom.urdf"
+    path.write_text(BOOM)
+    return pid.load_robot(path)
+
+
+def strokes(times: int, gap: float = 0.0, speed_of: float = 1.0) -> pid.Recording:
+    """A boom that luffs up and down at a constant speed; rows within ``gap`` [s] of a reversal are lost."""
+    rng, lasts = np.random.default_rng(7), 2 * FAR / SPEED
+    time = np.arange(0.02, times * lasts - 0.02, 0.004)
+    stroke, at = np.divmod(time, lasts)
+    way = 1 - 2 * (stroke % 2)
+    q, v = way * (SPEED * at - FAR), way * SPEED
+    torque = 3.1 * 9.81 * 0.35 * np.cos(q) + RUBS * way + 0.8 * v
+    kept = (at > gap) & (at < lasts - gap) if gap else np.ones(len(time), dtype=bool)
+    noise = rng.standard_normal((3, len(time))) * np.array([[3e-5], [2e-3], [0.05]])
+    q, dq, effort = ((x + e)[kept, None] for x, e in zip((q, speed_of * v, torque), noise, strict=True))
+    return pid.Recording.from_arrays(time[kept], q, dq=dq, effort=effort, source=f"{times} strokes")
+
+
+def kinds(robot: pid.Robot, run: pid.Recording) -> list[str]:
+    return [found.kind for found in pid.check_setup(robot, [run])]
+
+
+@pytest.mark.parametrize(("times", "gap"), [(1, 0.0), (6, 0.4)])
+def test_a_speed_that_is_held_follows_its_position(boom: pid.Robot, times: int, gap: float) -> None:
+    assert not any(kind.startswith("velocity") for kind in kinds(boom, strokes(times, gap)))
+
+
+@pytest.mark.parametrize(("speed_of", "kind"), [(-1.0, "velocity_sign"), (180 / np.pi, "velocity_degrees")])
+def test_a_speed_that_is_held_in_another_unit_is_still_seen(boom: pid.Robot, speed_of: float, kind: str) -> None:
+    assert kind in kinds(boom, strokes(1, speed_of=speed_of))
+
+
+def test_friction_that_parts_of_one_direction_hide_is_not_called_absent(boom: pid.Robot) -> None:
+    assert "link_side" not in kinds(boom, strokes(6, 0.4))
+
+
+def test_friction_that_turns_the_other_way_only_in_another_recording_is_not_called_absent(boom: pid.Robot) -> None:
+    """A zero of each recording could be all of it."""
+    up, rng = strokes(1), np.random.default_rng(3)
+    rubs = RUBS * np.ones((len(up.time), 1)) + 0.8 * SPEED
+    effort = up.effort - 2 * rubs + 0.02 * rng.standard_normal(up.effort.shape)
+    down = pid.Recording.from_arrays(up.time, up.q[::-1], dq=-np.array(up.dq)[::-1], effort=effort[::-1], source="down")
+    assert "link_side" not in [found.kind for found in pid.check_setup(boom, [up, down])]
