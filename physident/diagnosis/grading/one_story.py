@@ -3,12 +3,16 @@
 A tight spot that drags as in oil is a curve over position, and what that leaves is one over velocity; a cable that stiffens is a curve and
 a spring. Only the part that says most by itself tells where to look, or the laws that say as much together.
 Dry friction that builds up over a distance takes the place of dry friction that turns at once: that the model has less of this one than before is no news.
+Of two values of one joint whose changes cancel each other for the most part, only both together say anything.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.result.findings import Finding
@@ -19,6 +23,7 @@ from physident.effects.classification import Family
 from physident.effects.learned.one_torque import are_one_torque
 
 REPLACED = "friction that builds up over a distance stands in its place: both together are nearly what the model had"
+CANCELLED = "other changes of its joints cancel more than half of it: only together they are what differs"
 OVERTAKEN = "friction that builds up over a distance stands in its place: only both together are what the joint has"
 
 
@@ -38,6 +43,12 @@ def one_cause_a_torque(
         for f in findings
     ]
     result = [_beside_its_successor(hypothesis, f, uncertainty) if f.grade == "cause" else f for f in result]
+    result = [
+        replace(f, grade="contribution", no_cause=CANCELLED)
+        if f.grade == "cause" and is_cancelled(hypothesis, members(hypothesis, f))
+        else f
+        for f in result
+    ]
     return tuple(sorted(result, key=lambda f: f.grade != "cause"))  # each grade stays in its order
 
 
@@ -49,6 +60,31 @@ def _beside_its_successor(hypothesis: Hypothesis, cause: Finding, uncertainty: U
     if all(is_succeeded(hypothesis, i, uncertainty) or is_less_than_none(hypothesis, i) for i in at):
         return replace(cause, grade="contribution", no_cause=OVERTAKEN)
     return cause
+
+
+def is_cancelled(hypothesis: Hypothesis, group: Sequence[int]) -> bool:
+    """Whether values that the model has of single joints (accepted effects, their indices) change, and all that do so on each of these joints
+    come to less than half of one of them: dry friction that is lost where it builds up and gained where it turns at once."""
+    problem, places, accepted = hypothesis.problem, hypothesis.extension.places, hypothesis.accepted
+    known = [
+        i
+        for i, one in enumerate(accepted)
+        if len(one.candidate.joints) == 1 and places[i].max() < len(problem.model.theta)
+    ]
+    if problem.question != "different" or not set(group) <= set(known):
+        return False
+    for i in group:
+        joints = accepted[i].candidate.joints
+        torques = {k: _torque(hypothesis, k)[:, joints[0] - 1] for k in known if accepted[k].candidate.joints == joints}
+        if 4 * float(np.sum(sum(torques.values()) ** 2)) >= float(np.sum(torques[i] ** 2)):
+            return False
+    return True
+
+
+def _torque(hypothesis: Hypothesis, i: int) -> NDArray[np.float64]:
+    """What an accepted effect (its index) adds to the torque (M, n) [N m|N]."""
+    one = hypothesis.accepted[i]
+    return hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
 
 
 def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:
