@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from physident.effects.classification import Family, Scope, Variable, every_joint_pattern
+from physident.effects.classification import Cone, Family, Scope, Variable, every_joint_pattern
 from physident.effects.effect import Array, Column, Effect, array_source
 from physident.effects.kinds_of_values import OneByOne
 from physident.recordings.signals import Signals
@@ -22,6 +22,7 @@ class TorqueConstant(Effect):
     """tau_j = (1 + k_j) tau_m_j: the measured torque of a joint is scaled by a wrong gain; k has no unit.
 
     tau_m is the model's torque without measurement effects. A common k on all joints is invisible without a known mass.
+    Cone: k >= -1, because a channel of the wrong sign is a wrong set-up and no gain.
     """
 
     name: ClassVar[str] = "torque_constant"
@@ -36,6 +37,10 @@ class TorqueConstant(Effect):
 
     def values(self, robot: Robot, signals: Signals) -> Array:
         return signals.from_model("motor").T[self.active(robot)]
+
+    def cones(self, robot: Robot) -> tuple[Cone, ...]:
+        k = len(self.active(robot))
+        return (Cone(np.eye(k), np.ones(k)),)
 
     def measure(self, robot: Robot, theta: Array, signals: Signals) -> Signals:
         assert signals.torque is not None
