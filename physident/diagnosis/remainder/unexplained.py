@@ -15,6 +15,7 @@ from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_o
 from physident.diagnosis.remainder.friction_between import FrictionBetween, friction_between
 from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.predictable import predictable_share
+from physident.diagnosis.remainder.shares import share_of_curve, share_of_slowest, slowest_in_words
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.estimation.dry_friction.row_weights import dry_level
 from physident.estimation.estimate import Estimate
@@ -25,7 +26,6 @@ from physident.recordings.signals import MOVING_SPEED
 
 Array = NDArray[np.float64]
 SLOW = 0.2  # Hz
-BINS = 10
 AT_FLOOR = 1.1  # times the noise floor: a tenth more torque error lies within the floor's own scatter
 REPEATS = (
     3.0  # times what differs where a motion repeats, or the torque's noise: eight ninths of its power are no such noise
@@ -46,7 +46,8 @@ class Unexplained:
     power that any function of the joint's position, velocity, acceleration and load can be at most, None where no state was visited
     twice; ``friction_between``: what of it is friction that differs between recordings; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
     of its own recordings, None where that is not asked, and ``usual_times``: how many it is at most where nothing has changed, None where too few
-    recordings tell. ``times_noise``: how many times what the filter passes of the torque signal's own noise, rows that a rest leaves open counted less."""
+    recordings tell. ``times_noise``: how many times what the filter passes of the torque signal's own noise, rows that a rest leaves open counted less.
+    ``slowest``: the share of its power in the fifth of the rows in which the joint moves slowest."""
 
     joint: int
     rms: float
@@ -67,6 +68,7 @@ class Unexplained:
     times_own: float | None = None
     usual_times: float | None = None
     times_noise: float | None = None
+    slowest: float = 0.0
 
     @property
     def grown(self) -> bool:
@@ -125,7 +127,7 @@ class Unexplained:
             if self.predictable is not None and most < NEARLY_ALL
             else ""
         )
-        moment = f"; {bursts_in_words(self.bursts)}" if self.bursts else ""
+        moment = "".join(f"; {text}" for text in (slowest_in_words(self.slowest), bursts_in_words(self.bursts)) if text)
         moment += f"; {self.friction_between.in_words}" if self.friction_between else ""
         return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {kind}{dependence}{moment}{bound}"
 
@@ -202,7 +204,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
         lines = np.abs(waves) ** 2 * 2 / len(r) / max(float(r @ r), 1e-300)
         top = int(np.argmax(lines))
         clock = regressor.time - regressor.time[0]
-        by_v, by_q, by_load, by_time = (_binned(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
+        by_v, by_q, by_load, by_time = (share_of_curve(r, x, worth) for x in (v[:, j], q[:, j], load[:, j], clock))
         states = np.column_stack([q[:, j], v[:, j], a[:, j], load[:, j]])
         apart = MEMORIES * float(memory[j]) / rate
         result.append(
@@ -224,6 +226,7 @@ def describe_unexplained(hypothesis: Hypothesis) -> tuple[Unexplained, ...]:
                 friction_between=between[j],
                 bursts=bursts_of(r, since, regressor.recording, names, worth, creeping[:, j]),
                 times_noise=float(times_noise[j]),
+                slowest=share_of_slowest(r, v[:, j]),
             )
         )
     return tuple(result)
@@ -284,11 +287,3 @@ def _spectrum(r: Array, segment: NDArray[np.intp], rate: float) -> tuple[Array, 
 def _lag_one(r: Array, segment: NDArray[np.intp]) -> float:
     together = segment[1:] == segment[:-1]
     return float(np.sum(r[1:][together] * r[:-1][together]) / max(float(r @ r), 1e-300))
-
-
-def _binned(r: Array, x: Array, worth: float) -> float:
-    """Share of power that the mean over bins of equal count explains, beyond what as many bins explain of noise."""
-    label = np.minimum(np.argsort(np.argsort(x)) * BINS // len(x), BINS - 1)
-    means = np.bincount(label, r, BINS) / np.maximum(np.bincount(label, minlength=BINS), 1)
-    share = float(np.sum(means[label] ** 2) / max(float(r @ r), 1e-300))
-    return max(0.0, share - BINS / worth)

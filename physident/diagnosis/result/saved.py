@@ -131,6 +131,7 @@ def _unexplained(data: Any) -> Any:
             "times_own": None,
             "usual_times": None,
             "times_noise": None,
+            "slowest": 0.0,
             **one,
         }
         for one, bursts in zip(data, told, strict=True)
