@@ -284,6 +284,13 @@ def test_what_is_usual_is_told_where_recordings_say_it(diagnosis: pid.Diagnosis)
     assert "joint 1: RMS 1 N m (1.4 times that of the model's own recordings)" in text
 
 
+def test_recordings_of_one_joint_each_do_not_say_what_is_usual(diagnosis: pid.Diagnosis) -> None:
+    own = OwnError(rms=np.array([0.05, 0.8]), times=np.array([1.6e6, 1.4]), period=0.01)
+    text = told(diagnosis, "nothing_missing", beside_own([remainder(1), remainder(2)], own, np.ones((4, 2)), 0.0, 1.0))
+    assert "how much is usual these do not tell, for each of them shows what the others do not" in text
+    assert "times is usual" not in text
+
+
 def test_a_difference_of_two_recordings_errs_as_both() -> None:
     rng = np.random.default_rng(3)
     own = 0.3 * rng.standard_normal((2, 4000))

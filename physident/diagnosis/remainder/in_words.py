@@ -9,6 +9,7 @@ from physident.diagnosis.result.findings import Finding, Verdict
 from physident.diagnosis.result.wording import listed, numbered, parts_of
 
 AS_LARGE = "as large as on the model's own recordings"
+UNKNOWN = 100.0  # times: a model that errs by so much along a recording that it was not fitted to does not know its motion at all
 USUAL = "no larger than is usual for this model"
 
 
@@ -77,6 +78,8 @@ def _times_own(left: Sequence[Unexplained]) -> str:
     """How many times what the model leaves on its own recordings, and what is usual."""
     usual = [one.usual_times for one in left if one.usual_times is not None]
     most = f", and up to {max(usual):.1f} times is usual" if usual else ""
+    if usual and max(usual) > UNKNOWN:
+        most = "; how much is usual these do not tell, for each of them shows what the others do not"
     low, high = (f"{one(x.times_own or 0.0 for x in left):.1f}" for one in (min, max))
     return f"{low if low == high else f'{low} to {high}'} times what the model leaves on its own recordings{most}"
 
