@@ -3,7 +3,7 @@
 A tight spot that drags as in oil is a curve over position, and what that leaves is one over velocity; a cable that stiffens is a curve and
 a spring. Only the part that says most by itself tells where to look, or the laws that say as much together.
 Dry friction that builds up over a distance takes the place of dry friction that turns at once: that the model has less of this one than before is no news.
-Of two values of one joint whose changes cancel each other for the most part, only both together say anything.
+Where both are in the model and one has gained what the other has lost, only both together say anything.
 """
 
 from __future__ import annotations
@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.result.findings import Finding
-from physident.diagnosis.rivals.successors import is_less_than_none, is_succeeded
+from physident.diagnosis.rivals.successors import counterpart, is_less_than_none, is_succeeded
 from physident.diagnosis.search.hypothesis import Hypothesis
 from physident.diagnosis.statistics.intervals import Uncertainty
 from physident.effects.classification import Family
 from physident.effects.learned.one_torque import are_one_torque
 
 REPLACED = "friction that builds up over a distance stands in its place: both together are nearly what the model had"
-CANCELLED = "other changes of its joints cancel more than half of it: only together they are what differs"
+CANCELLED = (
+    "friction that builds up over another distance cancels more than half of it: only together they are what differs"
+)
 OVERTAKEN = "friction that builds up over a distance stands in its place: only both together are what the joint has"
 
 
@@ -63,20 +65,17 @@ def _beside_its_successor(hypothesis: Hypothesis, cause: Finding, uncertainty: U
 
 
 def is_cancelled(hypothesis: Hypothesis, group: Sequence[int]) -> bool:
-    """Whether values that the model has of single joints (accepted effects, their indices) change, and all that do so on each of these joints
-    come to less than half of one of them: dry friction that is lost where it builds up and gained where it turns at once."""
-    problem, places, accepted = hypothesis.problem, hypothesis.extension.places, hypothesis.accepted
-    known = [
-        i
-        for i, one in enumerate(accepted)
-        if len(one.candidate.joints) == 1 and places[i].max() < len(problem.model.theta)
-    ]
-    if problem.question != "different" or not set(group) <= set(known):
+    """Whether each of some changed values that the model has (accepted effects, their indices) is a part of dry friction whose other part changes
+    the other way - one turns at once, the other builds up over a distance -, and both together come to less than half of it."""
+    known = len(hypothesis.problem.model.theta)
+    if hypothesis.problem.question != "different":
         return False
     for i in group:
-        joints = accepted[i].candidate.joints
-        torques = {k: _torque(hypothesis, k)[:, joints[0] - 1] for k in known if accepted[k].candidate.joints == joints}
-        if 4 * float(np.sum(sum(torques.values()) ** 2)) >= float(np.sum(torques[i] ** 2)):
+        k = counterpart(hypothesis, i)
+        if k is None or max(hypothesis.extension.places[one].max() for one in (i, k)) >= known:
+            return False
+        own, other = (_torque(hypothesis, one) for one in (i, k))
+        if 4 * float(np.sum((own + other) ** 2)) >= float(np.sum(own**2)):
             return False
     return True
 

@@ -69,6 +69,13 @@ def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bo
     return bool(abs(together) <= min(open_to, MOST * abs(hypothesis.effect_values[i][0])))
 
 
+def counterpart(hypothesis: Hypothesis, i: int) -> int | None:
+    """The accepted effect (its index) that has lost what another accepted one (its index) gained, or the reverse, of which one is a law and the
+    other builds up to it over a distance; None where there is none."""
+    pairs = {k: found[0] for k in range(len(hypothesis.accepted)) if (found := _successor(hypothesis, k)) is not None}
+    return pairs.get(i, next((law for law, memory in pairs.items() if memory == i), None))
+
+
 def is_less_than_none(hypothesis: Hypothesis, i: int) -> bool:
     """Whether another effect has the place of an accepted law (its index) of which the model had nothing, and the law takes some of it back: only
     the sum of both is friction."""
