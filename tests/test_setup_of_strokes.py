@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,15 @@ BOOM = """<robot name="boom"><link name="mast"/>
     <inertia ixx="0.01" iyy="0.12" izz="0.12" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <joint name="luff" type="revolute"><parent link="mast"/><child link="boom"/><axis xyz="0 -1 0"/>
     <limit lower="-1.5" upper="1.5" effort="60" velocity="2"/></joint></robot>"""
+BEAM = """<robot name="beam"><link name="post"/>
+  <link name="beam"><inertial><mass value="9"/><origin xyz="0.3 0 0"/>
+    <inertia ixx="0.1" iyy="0.6" izz="0.6" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="wrist"><inertial><mass value="0.4"/><origin xyz="0.01 0 0"/>
+    <inertia ixx="0.003" iyy="0.003" izz="0.003" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="swing" type="revolute"><parent link="post"/><child link="beam"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" effort="80" velocity="2"/></joint>
+  <joint name="turn" type="revolute"><parent link="beam"/><child link="wrist"/><origin xyz="0.6 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="5" velocity="4"/></joint></robot>"""
 SPEED, FAR, RUBS = 0.26, 0.9, 2.4  # rad/s, rad, N m
 
 
@@ -61,3 +72,17 @@ def test_friction_that_turns_the_other_way_only_in_another_recording_is_not_call
     effort = up.effort - 2 * rubs + 0.02 * rng.standard_normal(up.effort.shape)
     down = pid.Recording.from_arrays(up.time, up.q[::-1], dq=-np.array(up.dq)[::-1], effort=effort[::-1], source="down")
     assert "link_side" not in [found.kind for found in pid.check_setup(boom, [up, down])]
+
+
+def test_a_joint_that_is_held_shows_no_inertia(tmp_path: Path) -> None:
+    """A wrist swings about the axis of gravity; the beam that holds it has the inertia of the arm, and shakes by an encoder step or two."""
+    (tmp_path / "beam.urdf").write_text(BEAM)
+    rng, time = np.random.default_rng(5), np.arange(0.0, 20.0, 0.008)
+    q = np.column_stack([np.full(len(time), 0.4), 1.1 * np.sin(1.3 * time)])
+    v, a = 1.43 * np.cos(1.3 * time), -1.859 * np.sin(1.3 * time)
+    drive = (0.02 + 0.003) * a + 0.15 * np.sign(v) + 0.2 * v
+    effort = np.column_stack([0.8 * np.sin(0.9 * time) * (np.abs(v) < 1), drive]) + 0.03 * rng.standard_normal(q.shape)
+    shaken = q + 3e-5 * rng.standard_normal(q.shape)
+    run = pid.Recording.from_arrays(time, shaken, effort=effort, source="wrist")
+    found = pid.check_setup(pid.load_robot(tmp_path / "beam.urdf"), [run])
+    assert not [one for one in found if one.void], found

@@ -92,9 +92,10 @@ def test_joints_that_are_scaled_alone_are_no_scale_of_all(model: pid.Estimate, f
 
 
 def test_gains_that_have_nothing_in_common_are_no_scale_of_all(model: pid.Estimate, folder: Path) -> None:
+    """Nearly all torque of a wrist that does not carry much is friction: a gain there is more friction as well, and both are told."""
     found = diagnosed(model, folder, "plain", APART)
-    assert {f.effect for f in found.causes} == {"torque_constant"}
-    assert {1, 3, 4} <= {joint for f in found.causes for joint in f.joints}
+    assert all("torque_constant" in {f.effect, *(one.effect for one in f.rivals)} for f in found.causes)
+    assert {1, 3, 4} <= {joint for f in found.causes if f.effect == "torque_constant" for joint in f.joints}
 
 
 def test_a_load_and_a_warmer_arm_are_found_beside_it(model: pid.Estimate, folder: Path) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.recordings.recording import Recording
-from physident.recordings.signals import MOVING_SPEED
 from physident.setup_checks.finding import SetupFinding, joint_list
 from physident.setup_checks.jackknife import Interval, jackknife
 from physident.setup_checks.joint_fit import Moments, coefficients
@@ -78,9 +77,8 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
         return friction / np.maximum(rigid, 1e-12 * max(float(rigid.max()), 1e-12))
 
     replicates = np.array([shares(block) for block in range(moments.blocks)])
-    # what stands still shows no friction, and what turns one way shows none that an offset could not be
-    moves = rows.v.std(axis=0) > MOVING_SPEED * rows.robot.radian
-    moves &= columns[:, :, 4].std(axis=1) > REVERSES * np.sqrt((rows.sign**2).mean(axis=0))
+    # what turns one way shows no friction that an offset could not be
+    moves = rows.moving() & (columns[:, :, 4].std(axis=1) > REVERSES * np.sqrt((rows.sign**2).mean(axis=0)))
     return jackknife(shares(None), replicates), rows.strong() & moves
 
 

@@ -157,14 +157,16 @@ def _opposite(scale: GravityScale, evidence: str, n: int) -> SetupFinding:
 
 
 def _without_gravity(rows: Rows, moments: Moments, effort_kind: str) -> SetupFinding | None:
-    """The same for an arm whose gravity torque does not change, by its inertia with that of its rotors."""
+    """The same for an arm whose gravity torque does not change, by its inertia with that of its rotors, which may be many times that of a wrist:
+    where only some joints move, more than the description's says nothing."""
     if (light := _light_joints(rows, moments)) is not None:
         return light
     replicates = np.array([inertia_factor(rows, moments, b) for b in range(moments.blocks)])
     found = jackknife(np.array(inertia_factor(rows, moments)), replicates)
     if not np.isfinite(found.value):
         return None
-    if float(found.high) > HEALTHY_INERTIA[0] and float(found.low) < HEALTHY_INERTIA[1]:
+    too_large = float(found.low) >= HEALTHY_INERTIA[1] and rows.moving().all()
+    if float(found.high) > HEALTHY_INERTIA[0] and not too_large:
         return None
     value = float(found.value)
     evidence = f"measured inertia torque is {value:.2g} ({float(found.low):.2g} to {float(found.high):.2g}) times the description's"

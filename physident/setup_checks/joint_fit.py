@@ -103,9 +103,9 @@ def dissipation(rows: Rows, moments: Moments) -> Array:
 
 
 def inertia_factor(rows: Rows, moments: Moments, block: int | None = None) -> float:
-    """Fitted torque of links' and rotors' inertia over the description's, mean over the joints where the latter is large."""
+    """Fitted torque of links' and rotors' inertia over the description's, mean over the joints that move and where the latter is large."""
     own = inertia_factors(rows, moments, block)
-    strong = rows.strong() & np.isfinite(own)
+    strong = rows.strong() & rows.moving() & np.isfinite(own)
     return float(np.exp(np.mean(np.log(np.maximum(own[strong], 1e-6))))) if strong.any() else float("nan")
 
 

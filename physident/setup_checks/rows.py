@@ -70,6 +70,10 @@ class Rows:
         size = self.columns[:, :, :2].sum(axis=2).std(axis=1)
         return size >= STRONG * size.max()
 
+    def moving(self) -> NDArray[np.bool_]:
+        """The joints (n,) that move: one that is held shows its friction's doubt, and neither friction nor inertia of its own."""
+        return self.v.std(axis=0) > MOVING_SPEED * self.robot.radian
+
     def centred(self, values: Array) -> Array:
         """Values (M, ...) without their mean over each recording; a short part of one may hold friction of one direction alone."""
         result = np.array(values, dtype=float)

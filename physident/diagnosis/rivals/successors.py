@@ -48,10 +48,7 @@ def succeeded_laws(hypothesis: Hypothesis) -> list[AcceptedEffect]:
 
 def with_no_successor(hypothesis: Hypothesis, laws: Sequence[AcceptedEffect]) -> list[AcceptedEffect]:
     """The laws of one joint each whose place no effect with a memory has that a hypothesis accepts."""
-    robot = hypothesis.problem.model.robot
-    memories = [one for one in hypothesis.accepted if not one.effect.pointwise and len(one.candidate.joints) == 1]
-    places = {(one.effect.folded(robot, np.ones(1))[0].name, one.candidate.joints) for one in memories}
-    return [one for one in laws if one.candidate.key not in places]
+    return [one for one in laws if one.candidate.key not in hypothesis.built_up]
 
 
 def is_succeeded(hypothesis: Hypothesis, i: int, uncertainty: Uncertainty) -> bool:

@@ -232,8 +232,8 @@ def without_redundant(
     kept = accepted
     for one in accepted:
         rest = tuple(a for a in kept if a is not one)
-        # a single effect has just met the conditions, unless it was there from the start
-        proven = not rest and not any(one is ordinary for ordinary in problem.missing_default_effects)
+        # a single effect has just met the conditions, unless it was there from the start, or met them beside what is removed
+        proven = len(accepted) == 1 and not any(one is ordinary for ordinary in problem.missing_default_effects)
         if proven or one.candidate is CONTACT:
             continue
         hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)

@@ -173,6 +173,13 @@ class Hypothesis:
         rests = rest_rows(self.extension.model, self.problem.signals, self.problem.filter)
         return rests.friction * self.data.regressor.counted
 
+    @property
+    def built_up(self) -> set[tuple[str, tuple[int, ...]]]:
+        """The laws, by name and joint, to whose level an accepted effect with a memory builds up."""
+        memories = [one for one in self.accepted if not one.effect.pointwise and len(one.candidate.joints) == 1]
+        robot = self.problem.model.robot
+        return {(one.effect.folded(robot, np.ones(1))[0].name, one.candidate.joints) for one in memories}
+
     def usual_power(self, joint: int) -> float:
         """The squared error, in units of the noise, that a healthy joint (from 1) shows in as many rows; zero where that is not known."""
         problem, j = self.problem, joint - 1

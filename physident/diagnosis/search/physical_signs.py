@@ -23,11 +23,13 @@ FREE = 1000.0  # per cent: a prior that holds no joint's share
 def physical_contradiction(hypothesis: Hypothesis) -> str | None:
     """What the effect that was accepted last makes impossible, in words; None where the extended arm can exist.
 
-    Its own cones, and the friction of its joints as a sum over all effects at speeds that were recorded.
+    Its own cones, and the friction of its joints as a sum over all effects at speeds that were recorded. Of dry friction that turns at once
+    beside such that builds up, only the sum is known so well that it tells.
     """
     model, robot = hypothesis.extension.model, hypothesis.problem.model.robot
     effect, places = hypothesis.accepted[-1].effect, hypothesis.extension.places[-1]
-    for cone in effect.cones(robot):
+    cones = () if hypothesis.accepted[-1].candidate.key in hypothesis.built_up else effect.cones(robot)
+    for cone in cones:
         rows = np.zeros((len(cone.map), len(model.theta)))
         rows[:, places] = cone.map
         new = places.min() >= len(hypothesis.problem.model.theta)  # what was not there cannot have fallen
