@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.diagnosis.remainder.beside_own import beside_own
 from physident.diagnosis.remainder.own_error import OwnError
-from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, beside_own, large_as_usual
+from physident.diagnosis.remainder.unexplained import Unexplained, above_noise_floor, large_as_usual
 from physident.diagnosis.result.findings import (
     Finding,
     JointErrors,
@@ -282,6 +283,18 @@ def test_what_is_usual_is_told_where_recordings_say_it(diagnosis: pid.Diagnosis)
     text = told(diagnosis, "unexplained", beside)
     assert "It is 1.4 times what the model leaves on its own recordings, and up to 1.3 times is usual" in text
     assert "joint 1: RMS 1 N m (1.4 times that of the model's own recordings)" in text
+
+
+@pytest.mark.parametrize(("errs", "told_so"), [(8.0, True), (2.9, False)])
+def test_what_is_no_proven_change_hides_no_error(diagnosis: pid.Diagnosis, errs: float, told_so: bool) -> None:
+    """A value that is fitted to these recordings, and is no proven change, takes all of it up; the model of before errs all the same."""
+    own = OwnError(rms=np.array([0.9, 1.0]), times=np.array([2.0, 2.0]), period=0.01)
+    left = [remainder(1, memory=0.1), remainder(2, memory=0.1)]
+    beside = beside_own(left, own, np.ones((4, 2)), 0.0, 1.0, {1: 0.9 * errs, 2: 1.0})
+    assert [(one.structured, one.grown) for one in beside] == [(told_so, told_so), (False, False)]
+    text = told(diagnosis, "unexplained" if told_so else "nothing_missing", beside)
+    assert ("joint 1 errs 8 times as much as on the model's own recordings" in text) is told_so
+    assert ("what takes that up here is no proven change" in text) is told_so
 
 
 def test_recordings_of_one_joint_each_do_not_say_what_is_usual(diagnosis: pid.Diagnosis) -> None:

@@ -102,7 +102,7 @@ def test_diagnosis_file() -> None:
         assert (one.pop("predictable"), one.pop("friction_between")) == (None, None)
         assert one.pop("bursts") == []
         assert (one.pop("times_own"), one.pop("usual_times"), one.pop("may_hide_a_change")) == (None, None, False)
-        assert (one.pop("times_noise"), one.pop("slowest")) == (None, 0.0)
+        assert (one.pop("times_noise"), one.pop("slowest"), one.pop("unproven")) == (None, 0.0, None)
     for one in again["recordings"]:
         assert one.pop("repeats") is None
     for errors in (again["score"]["before"], again["score"]["after"]):

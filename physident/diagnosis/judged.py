@@ -19,7 +19,8 @@ from physident.diagnosis.grading.members import decides_values, members, with_ch
 from physident.diagnosis.grading.one_story import one_cause_a_torque
 from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.problem.folds import leaves_out_recordings
-from physident.diagnosis.remainder.unexplained import Unexplained, beside_own, describe_unexplained
+from physident.diagnosis.remainder.beside_own import beside_own
+from physident.diagnosis.remainder.unexplained import Unexplained, describe_unexplained
 from physident.diagnosis.result.errors import ERRS_MORE
 from physident.diagnosis.result.extended_estimate import extended_estimate
 from physident.diagnosis.result.findings import Finding
@@ -110,8 +111,9 @@ def judge(asked: Asked, searched: Searched) -> Judged:
     if asked.own_error is not None:
         compared = np.isin(problem.regressor.recording, sorted(problem.freedom.compared)).mean()
         unexplained = beside_own(
-            unexplained, asked.own_error, hypothesis.torque, float(compared), asked.own_error.louder(problem.signals)
-        )
+            unexplained, asked.own_error, hypothesis.torque, float(compared), asked.own_error.louder(problem.signals),
+            None if compared else _unfitted(searched.last.hypothesis, findings),
+        )  # fmt: skip
     if asked.holdout and any(one.curves and one.grade != "hint" for one in findings):
         refitted = refitted or extended_estimate(sure, errors, asked.with_torque)
         both = asked.original.model, refitted.model
@@ -130,6 +132,16 @@ def judge(asked: Asked, searched: Searched) -> Judged:
         unexplained=unexplained,
         noise_floor=found.noise_floor,
     )
+
+
+def _unfitted(hypothesis: Hypothesis, findings: Sequence[Finding]) -> dict[int, float]:
+    """The RMS [N m|N] that the model errs by before anything is fitted, of the joints (from 1) on which no change acts that was found."""
+    acting = [one for one in findings if one.grade != "hint"]
+    n, joints = hypothesis.problem.model.robot.n, {j for one in acting for j in one.joints}
+    if any(not one.joints for one in acting):
+        return {}
+    rms = np.sqrt(np.mean(hypothesis.data.response**2, axis=0))
+    return {j: float(rms[j - 1]) for j in range(1, n + 1) if j not in joints}
 
 
 def _valued(

@@ -85,8 +85,8 @@ def friction_share(rows: Rows, moments: Moments) -> tuple[Interval, NDArray[np.b
 def relative_noise(recordings: Sequence[Recording]) -> Array:
     """Noise (n,) of each channel from sample to sample, over its standard deviation; the largest of the recordings.
 
-    Samples that repeat the one before them are left out: an effort that is clipped or in coarse steps is not therefore exact.
-    NaN where hardly any are left.
+    Samples that repeat the one before them are left out, and steps count as the noise that they round to: an effort that is clipped or in coarse
+    steps is not therefore exact. NaN where hardly any are left.
     """
     worst = np.full(recordings[0].n, np.nan)
     for recording in recordings:
@@ -97,8 +97,9 @@ def relative_noise(recordings: Sequence[Recording]) -> Array:
         for j in range(recording.n):
             if changing[:, j].mean() > CHANGING and size[j] > 0:
                 # of white noise a third difference has 20 times the variance; 0.6745 turns a median into a standard deviation
-                noise = float(np.median(third[changing[:, j], j])) / (0.6745 * np.sqrt(20.0)) / size[j]
-                worst[j] = np.fmax(worst[j], noise)
+                noise = float(np.median(third[changing[:, j], j])) / (0.6745 * np.sqrt(20.0))
+                rounded = float(np.abs(step[step[:, j] != 0, j]).min()) / np.sqrt(12.0)
+                worst[j] = np.fmax(worst[j], max(noise, rounded) / size[j])
     return worst
 
 

@@ -86,7 +86,7 @@ def _times_own(left: Sequence[Unexplained]) -> str:
 
 def grown_in_words(grown: Sequence[Unexplained]) -> str:
     """Joints and by how many times they err more than on the model's own recordings."""
-    texts = [f"joint {one.joint} errs {one.times_own or 0:.2g} times" for one in grown]
+    texts = [f"joint {one.joint} errs {one.errs_times:.2g} times" for one in grown]
     return f"{listed(texts)} as much as on the model's own recordings"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import PurePath
 from typing import Any
 
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from physident.diagnosis.problem.folds import MEMORIES
 from physident.diagnosis.remainder.burst import Burst, bursts_in_words, bursts_of
 from physident.diagnosis.remainder.friction_between import FrictionBetween, friction_between
-from physident.diagnosis.remainder.own_error import OwnError
 from physident.diagnosis.remainder.predictable import predictable_share
 from physident.diagnosis.remainder.shares import share_of_curve, share_of_slowest, slowest_in_words
 from physident.diagnosis.search.hypothesis import Hypothesis
@@ -47,7 +46,8 @@ class Unexplained:
     twice; ``friction_between``: what of it is friction that differs between recordings; ``bursts``: the times that hold much of it; ``times_own``: how many times what the model leaves
     of its own recordings, None where that is not asked, and ``usual_times``: how many it is at most where nothing has changed, None where too few
     recordings tell. ``times_noise``: how many times what the filter passes of the torque signal's own noise, rows that a rest leaves open counted less.
-    ``slowest``: the share of its power in the fifth of the rows in which the joint moves slowest."""
+    ``slowest``: the share of its power in the fifth of the rows in which the joint moves slowest. ``unproven``: how many times what the model leaves of
+    its own recordings it errs by with the values from before, where nothing that was found acts; None where that is not asked."""
 
     joint: int
     rms: float
@@ -69,11 +69,22 @@ class Unexplained:
     usual_times: float | None = None
     times_noise: float | None = None
     slowest: float = 0.0
+    unproven: float | None = None
 
     @property
     def grown(self) -> bool:
         """Whether it has structure, and is several times as large as on the model's own recordings: of the arm, or of a motion that is far from theirs."""
-        return self.structured and (self.times_own or 0.0) > GROWN
+        return self.structured and self.errs_times > GROWN
+
+    @property
+    def is_unproven(self) -> bool:
+        """Whether the model errs by far more than on its own recordings until values are fitted to these that are no proven change."""
+        return (self.unproven or 0.0) > max(self.usual_times or LARGER, GROWN)
+
+    @property
+    def errs_times(self) -> float:
+        """How many times what the model leaves of its own recordings it errs by: where that is no proven change, before anything is fitted."""
+        return (self.unproven if self.is_unproven else self.times_own) or 0.0
 
     @property
     def remembers(self) -> bool:
@@ -93,7 +104,7 @@ class Unexplained:
     @property
     def structured(self) -> bool:
         """Whether it is more than noise, and more than the model leaves on its own recordings, where that is known."""
-        return (self.remembers and not self.as_own) or (self.times_own or 0.0) > (self.usual_times or LARGER)
+        return (self.remembers and not self.as_own) or self.errs_times > (self.usual_times or LARGER)
 
     @property
     def is_loud(self) -> bool:
@@ -129,25 +140,16 @@ class Unexplained:
         )
         moment = "".join(f"; {text}" for text in (slowest_in_words(self.slowest), bursts_in_words(self.bursts)) if text)
         moment += f"; {self.friction_between.in_words}" if self.friction_between else ""
+        if self.is_unproven:
+            moment += (
+                f"; with the values from before it errs {self.unproven:.1f} times as much as on its own recordings, and what takes that up here is"
+                " no proven change"
+            )
         return f"{100 * self.slow:.0f} % of its power is below {SLOW:g} Hz; {kind}{dependence}{moment}{bound}"
 
     def as_dict(self) -> dict[str, Any]:
         """Its numbers as JSON can hold them."""
         return {**asdict(self), "structured": self.structured, "may_hide_a_change": self.may_hide_a_change}
-
-
-def beside_own(
-    unexplained: Sequence[Unexplained], own: OwnError, torque: Array, compared: float, louder: float
-) -> tuple[Unexplained, ...]:
-    """The same beside what a model leaves of its ``own`` recordings, where these are exact beside what a sensor would tell of
-    the ``torque`` (M, n). The share of rows that are ``compared`` holds the errors of two recordings of one motion; where all are, what the
-    model errs by along motions that it was not fitted to was taken off, and makes nothing usual. Noise alone may be ``louder`` times as large."""
-    sigma = np.maximum(own.rms, EXACT * np.sqrt(np.mean(torque**2, axis=0))) * np.sqrt(1 + compared) * louder
-    usual = [None] * len(sigma) if own.times is None or compared == 1 else own.times.tolist()
-    return tuple(
-        replace(one, times_own=one.rms / float(sigma[one.joint - 1]), usual_times=usual[one.joint - 1])
-        for one in unexplained
-    )
 
 
 def above_noise_floor(unexplained: Sequence[Unexplained], noise_floor: Array | None) -> tuple[Unexplained, ...]:

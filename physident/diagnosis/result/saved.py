@@ -132,6 +132,7 @@ def _unexplained(data: Any) -> Any:
             "usual_times": None,
             "times_noise": None,
             "slowest": 0.0,
+            "unproven": None,
             **one,
         }
         for one, bursts in zip(data, told, strict=True)
