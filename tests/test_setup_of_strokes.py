@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import physident as pid
+from physident.setup_checks.channel import relative_noise
 
 BOOM = """<robot name="boom"><link name="mast"/>
   <link name="boom"><inertial><mass value="3.1"/><origin xyz="0.35 0 0"/>
@@ -72,6 +73,19 @@ def test_friction_that_turns_the_other_way_only_in_another_recording_is_not_call
     effort = up.effort - 2 * rubs + 0.02 * rng.standard_normal(up.effort.shape)
     down = pid.Recording.from_arrays(up.time, up.q[::-1], dq=-np.array(up.dq)[::-1], effort=effort[::-1], source="down")
     assert "link_side" not in [found.kind for found in pid.check_setup(boom, [up, down])]
+
+
+def test_an_effort_in_coarse_steps_is_no_exact_one() -> None:
+    """A slow ramp that a drive reports in steps, one a sample; and a model's torque in double precision, which has no steps."""
+    time = np.arange(0.0, 20.0, 0.02)
+    ramp, smooth = 4.0 * np.abs((time / 8.0) % 2 - 1), 4.0 * np.sin(0.7 * time)
+    step = 0.01
+    stepped, exact = (
+        pid.Recording.from_arrays(time, np.sin(time)[:, None], effort=one[:, None], source="ramp")
+        for one in (step * np.round(ramp / step), smooth)
+    )
+    assert relative_noise([stepped])[0] == pytest.approx(step / np.sqrt(12) / ramp.std(), rel=0.1)
+    assert relative_noise([exact])[0] < 1e-4
 
 
 def test_a_joint_that_is_held_shows_no_inertia(tmp_path: Path) -> None:

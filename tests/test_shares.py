@@ -18,7 +18,7 @@ def rng() -> np.random.Generator:
 def test_what_an_arm_does_about_its_reversals_lies_there(rng: np.random.Generator) -> None:
     """A pendulum swings; a stick of its friction lasts as long as it is slower than a tenth of its fastest: in 6.4 % of the time, arcsin(0.1) 2/pi."""
     v = np.cos(np.linspace(0.0, 80.0, ROWS))
-    stick = (np.abs(v) < 0.1) * np.sign(rng.standard_normal(ROWS))
+    stick = np.where(np.abs(v) < 0.1, np.sign(rng.standard_normal(ROWS)), 0.0)
     assert share_of_slowest(stick, v) == pytest.approx(1.0)
     beside = share_of_slowest(stick + 0.1 * rng.standard_normal(ROWS), v)
     assert beside == pytest.approx((0.064 + 0.2 * 0.01) / (0.064 + 0.01), rel=0.05)
