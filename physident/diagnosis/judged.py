@@ -135,13 +135,12 @@ def judge(asked: Asked, searched: Searched) -> Judged:
 
 
 def _unfitted(hypothesis: Hypothesis, findings: Sequence[Finding]) -> dict[int, float]:
-    """The RMS [N m|N] that the model errs by before anything is fitted, of the joints (from 1) on which no change acts that was found."""
-    acting = [one for one in findings if one.grade != "hint"]
-    n, joints = hypothesis.problem.model.robot.n, {j for one in acting for j in one.joints}
-    if any(not one.joints for one in acting):
-        return {}
+    """The RMS [N m|N] that the model errs by before anything is fitted, of the joints (from 1) on which no change acts that was found, not even by
+    what hangs further out; rows that a rest leaves open count less."""
+    found = {i for one in findings if one.grade != "hint" for i in members(hypothesis, one)}
+    acting = [np.any(hypothesis.torque_of(i), axis=0) for i in found]
     rms = np.sqrt(np.mean(hypothesis.data.response**2, axis=0))
-    return {j: float(rms[j - 1]) for j in range(1, n + 1) if j not in joints}
+    return {j: float(error) for j, error in enumerate(rms, 1) if not any(one[j - 1] for one in acting)}
 
 
 def _valued(

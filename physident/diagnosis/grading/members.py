@@ -74,9 +74,7 @@ def is_shown_by_comparison(hypothesis: Hypothesis, i: int) -> bool:
     problem = hypothesis.problem
     if not problem.freedom.compared:
         return False
-    one = hypothesis.accepted[i]
-    torque = hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i]) / hypothesis.fit.sigma
-    power = (torque**2).sum(axis=1)
+    power = ((hypothesis.torque_of(i) / hypothesis.fit.sigma) ** 2).sum(axis=1)
     rows = np.isin(problem.regressor.recording, sorted(problem.freedom.compared))
     return bool(power[rows].sum() >= power[~rows].sum())
 

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from physident.diagnosis.grading.members import members, without_effects
 from physident.diagnosis.result.findings import Finding
@@ -45,23 +44,17 @@ def one_cause_a_torque(
         for f in findings
     ]
     result = [_beside_its_successor(hypothesis, f, uncertainty) if f.grade == "cause" else f for f in result]
-    result = [
-        replace(f, grade="contribution", no_cause=CANCELLED)
-        if f.grade == "cause" and is_cancelled(hypothesis, members(hypothesis, f))
-        else f
-        for f in result
-    ]
     return tuple(sorted(result, key=lambda f: f.grade != "cause"))  # each grade stays in its order
 
 
 def _beside_its_successor(hypothesis: Hypothesis, cause: Finding, uncertainty: Uncertainty) -> Finding:
-    """A cause, as a contribution where another effect has taken the place of its law on each joint."""
+    """A cause, as a contribution where another effect has taken the place of its law on each joint, or cancels most of it."""
     at = members(hypothesis, cause)
     if all(is_succeeded(hypothesis, i, uncertainty) for i in at):
         return replace(cause, grade="contribution", no_cause=REPLACED)
     if all(is_succeeded(hypothesis, i, uncertainty) or is_less_than_none(hypothesis, i) for i in at):
         return replace(cause, grade="contribution", no_cause=OVERTAKEN)
-    return cause
+    return replace(cause, grade="contribution", no_cause=CANCELLED) if is_cancelled(hypothesis, at) else cause
 
 
 def is_cancelled(hypothesis: Hypothesis, group: Sequence[int]) -> bool:
@@ -74,16 +67,10 @@ def is_cancelled(hypothesis: Hypothesis, group: Sequence[int]) -> bool:
         k = counterpart(hypothesis, i)
         if k is None or max(hypothesis.extension.places[one].max() for one in (i, k)) >= known:
             return False
-        own, other = (_torque(hypothesis, one) for one in (i, k))
+        own, other = (hypothesis.torque_of(one) for one in (i, k))
         if 4 * float(np.sum((own + other) ** 2)) >= float(np.sum(own**2)):
             return False
     return True
-
-
-def _torque(hypothesis: Hypothesis, i: int) -> NDArray[np.float64]:
-    """What an accepted effect (its index) adds to the torque (M, n) [N m|N]."""
-    one = hypothesis.accepted[i]
-    return hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
 
 
 def _parts(hypothesis: Hypothesis, group: Sequence[int]) -> list[int]:

@@ -71,10 +71,10 @@ def friction_torque(hypothesis: Hypothesis) -> tuple[Array, Array]:
     dry, other = (
         _torque_of(hypothesis, (model.theta + _moved(hypothesis)) * places) for places in friction_places(model)
     )
-    for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True):
+    for i, one in enumerate(hypothesis.accepted):
         if one.effect.family is Family.FRICTION:
             part = dry if one.effect.dry else other
-            part += hypothesis.columns(one.candidate, one.effect).torque(values)
+            part += hypothesis.torque_of(i)
     return dry, other
 
 

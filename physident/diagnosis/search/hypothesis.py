@@ -96,6 +96,11 @@ class Hypothesis:
         moved = Model(model.robot, model.effects, theta)
         return extend(moved, [a.effect for a in self.accepted], self.effect_values)
 
+    def torque_of(self, i: int) -> Array:
+        """What an accepted effect (its index) adds to the torque (M, n) [N m|N], in rows weighted by what their rests leave open."""
+        one = self.accepted[i]
+        return self.columns(one.candidate, one.effect).torque(self.effect_values[i])
+
     @cached_property
     def jacobian(self) -> Array:
         """How the extended model's theta (P,) moves with the values of the joint fit: (P, R)."""

@@ -79,18 +79,18 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict
         if one.candidate is CONTACT or isinstance(one.effect, TorqueDelay | TimeDelay):
             continue
         if is_shown_by_comparison(hypothesis, i):
-            torque = _torque(hypothesis, i)
+            torque = hypothesis.torque_of(i)
             found |= _as_usual(hypothesis, i, usual, torque, compared, with_offsets=False) or _as_usual(
                 hypothesis, i, usual, torque, compared, with_offsets=True
             )
         elif (
-            _made_of_friction(hypothesis, _torque(hypothesis, i), ~compared, usual.parts, with_offsets=False).share
+            _made_of_friction(hypothesis, hypothesis.torque_of(i), ~compared, usual.parts, with_offsets=False).share
             >= MADE_OF
         ):
             together.append(i)
-    whole = np.sum([moved_friction(hypothesis), *(_torque(hypothesis, i) for i in together)], axis=0)
+    whole = np.sum([moved_friction(hypothesis), *(hypothesis.torque_of(i) for i in together)], axis=0)
     for i in together:
-        acts = np.any(_torque(hypothesis, i) != 0, axis=0)
+        acts = np.any(hypothesis.torque_of(i) != 0, axis=0)
         found |= _as_usual(hypothesis, i, usual, whole * acts, ~compared, with_offsets=False)
     return found
 
@@ -145,12 +145,6 @@ def _as_usual(
     is_offset = change.offset > change.size
     share, limit = (change.offset, usual.offset) if is_offset else (change.size, most)
     return {one.key: UsualChange(share=share, usual=limit, recordings=usual.recordings, is_offset=is_offset)}
-
-
-def _torque(hypothesis: Hypothesis, i: int) -> Array:
-    """The torque (M, n) of an accepted effect."""
-    one = hypothesis.accepted[i]
-    return hypothesis.columns(one.candidate, one.effect).torque(hypothesis.effect_values[i])
 
 
 def _made_of_friction(
