@@ -48,7 +48,10 @@ def as_other_joints_show(hypothesis: Hypothesis, usual: UsualFriction) -> UsualF
 def _shares(hypothesis: Hypothesis) -> Array:
     """By which share (n,) of its friction each joint differs from the repeated recordings, all that was found included; NaN without friction."""
     problem = hypothesis.problem
-    change = hypothesis.fit.residual + sum(hypothesis.torque_of(i) for i in range(len(hypothesis.accepted)))
+    change = hypothesis.fit.residual + sum(
+        hypothesis.columns(one.candidate, one.effect).torque(values)
+        for one, values in zip(hypothesis.accepted, hypothesis.effect_values, strict=True)
+    )
     values, shares = np.sum(friction_values(problem.model), axis=0), []
     for j, joint in enumerate(problem.regressor.joints):
         own = joint.columns < len(values)
