@@ -21,10 +21,9 @@ def test_a_late_channel_is_no_friction_of_the_day(late: str, monkeypatch: pytest
         SimpleNamespace(candidate=SimpleNamespace(key=(late, joints), joints=joints), effect=CATALOGUE[late]()),
         SimpleNamespace(candidate=SimpleNamespace(key=dry, joints=(1,)), effect=CATALOGUE[dry[0]]()),
     ]
-    hypothesis: Any = SimpleNamespace(accepted=accepted, problem=None)
+    hypothesis: Any = SimpleNamespace(accepted=accepted, problem=None, torque_of=lambda _: np.ones((4, 1)))
     monkeypatch.setattr(as_usual, "compared_rows", lambda _: np.ones(4, dtype=bool))
     monkeypatch.setattr(as_usual, "is_shown_by_comparison", lambda *_: True)
-    monkeypatch.setattr(as_usual, "_torque", lambda *_: np.ones((4, 1)))
     monkeypatch.setattr(as_usual, "moved_friction", lambda _: np.zeros((4, 1)))
     made = as_usual._Change(share=1.0, size=0.01, offset=0.0)
     monkeypatch.setattr(as_usual, "_made_of_friction", lambda *_, **__: made)
