@@ -12,7 +12,7 @@ import physident as pid
 from physident.diagnosis import judged, searched
 from physident.diagnosis.grading.grades import BESIDE_OTHERS, is_patchwork, single_cause
 from physident.diagnosis.learned import learn
-from physident.diagnosis.result.findings import Finding, Grade, Reduction
+from physident.diagnosis.result.findings import Finding, Grade, Reduction, Rival
 from physident.diagnosis.result.wording import wrong_baseline_sentence
 from physident.diagnosis.search import forward_search
 from physident.diagnosis.search.acceptance import DOUBT, choose_candidate, is_beyond_doubt
@@ -120,6 +120,16 @@ def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
         [*given[::-1], contact], ordinary={"coulomb_friction"}
     )  # friction that the model lacks, as any arm has it
     assert [f.grade for f in ordinary] == ["hint", "cause", "cause", "cause"]
+    same, near = (
+        replace(given[0], effect="presliding_hysteresis", rivals=(rival,))
+        for rival in (
+            Rival(effect="coulomb_friction", joints=(), inseparable=True),
+            Rival(effect="coulomb_friction", joints=()),
+        )
+    )
+    for law, grades in ((same, ["cause", "cause"]), (near, ["cause", "contribution"])):
+        # friction by another law of the same torque on any motion leaves the one cause to what any arm does not have
+        assert [f.grade for f in single_cause([law, given[0]], ordinary={"coulomb_friction"})] == grades
     sentence = wrong_baseline_sentence("different", (1, 2, 5), answer[:1])
     for part in ("joints 1 and 2 and 5", "joints 1, 2 and 5"):
         if part in sentence:

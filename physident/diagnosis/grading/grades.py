@@ -103,12 +103,18 @@ def is_patchwork(overfull: bool, controlled: bool, compared: bool, findings: Seq
 def single_cause(findings: Sequence[Finding], ordinary: Collection[str] = ()) -> tuple[Finding, ...]:
     """The findings of a search that was stopped: the first cause stays one, contacts too, and all others are contributions.
 
-    Causes that any arm has and the model lacks, of the ``ordinary`` names, such as friction, stay, too: they were not searched for.
+    Causes that any arm has and the model lacks, of the ``ordinary`` names, such as friction, stay, too: they were not searched for. So do
+    causes that make nearly the same torque as such a one on any motion: friction has the name of one law or the other.
     """
-    best = next((f for f in findings if f.grade == "cause" and not f.intervals and f.effect not in ordinary), None)
+
+    def stays(one: Finding) -> bool:
+        same = {one.effect, *(rival.effect for rival in one.rivals if rival.inseparable)}
+        return bool(one.intervals) or not same.isdisjoint(ordinary)
+
+    best = next((f for f in findings if f.grade == "cause" and not stays(f)), None)
     return tuple(
         replace(f, grade="contribution", no_cause=ONE_OF_MANY)
-        if f.grade == "cause" and f is not best and not f.intervals and f.effect not in ordinary
+        if f.grade == "cause" and f is not best and not stays(f)
         else f
         for f in findings
     )
