@@ -21,11 +21,12 @@ def test_a_late_channel_is_no_friction_of_the_day(late: str, monkeypatch: pytest
         SimpleNamespace(candidate=SimpleNamespace(key=(late, joints), joints=joints), effect=CATALOGUE[late]()),
         SimpleNamespace(candidate=SimpleNamespace(key=dry, joints=(1,)), effect=CATALOGUE[dry[0]]()),
     ]
-    hypothesis: Any = SimpleNamespace(accepted=accepted, problem=None, torque_of=lambda _: np.ones((4, 1)))
+    fit = SimpleNamespace(sigma=np.ones(1))
+    hypothesis: Any = SimpleNamespace(accepted=accepted, problem=None, fit=fit, torque_of=lambda _: np.ones((4, 1)))
     monkeypatch.setattr(as_usual, "compared_rows", lambda _: np.ones(4, dtype=bool))
     monkeypatch.setattr(as_usual, "is_shown_by_comparison", lambda *_: True)
     monkeypatch.setattr(as_usual, "moved_friction", lambda _: np.zeros((4, 1)))
-    made = as_usual._Change(share=1.0, size=0.01, offset=0.0)
+    made = as_usual._Change(power=4.0, made=4.0, size=0.01, offset=0.0)
     monkeypatch.setattr(as_usual, "_made_of_friction", lambda *_, **__: made)
     usual: Any = SimpleNamespace(parts=2, joint=0.04, arm=0.03, offset=0.01, recordings=5)
     assert set(as_usual.differ_as_usual(hypothesis, usual)) == {dry}

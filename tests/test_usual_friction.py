@@ -31,13 +31,13 @@ DAILY = 0.02  # of a joint's friction, standard deviation from recording to reco
 BEFORE = 5  # healthy recordings
 
 
-def recorded(motion: int, noise: int, level: np.ndarray, push: float = 0.0) -> pid.Recording:
-    """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own, and a
-    constant ``push`` [N m] on the second joint."""
+def recorded(motion: int, noise: int, level: np.ndarray, push: float = 0.0, dip: float = 0.0) -> pid.Recording:
+    """Thirty seconds of two joints with parallel axes, by pinocchio; dry friction that is a step, of a ``level`` (2,) of its own, and on the
+    second joint a constant ``push`` [N m] and dry friction that is larger by ``dip`` [N m] below a tenth of a radian a second."""
     rng, time = np.random.default_rng(motion), np.arange(0.0, 30.0, 0.005)
     q, v, tau = swung(rng, time)
     tau += level * (DRY * np.clip(v / 1e-4, -1, 1) + DRAG * v)
-    tau[:, 1] += push
+    tau[:, 1] += push + dip * np.clip(v[:, 1] / 1e-4, -1, 1) * (np.abs(v[:, 1]) < 0.1)
     tau += 0.05 * np.random.default_rng(1000 + noise).standard_normal(tau.shape)
     return pid.Recording.from_arrays(time, q, dq=v, effort=tau, source=f"{motion} {noise}")
 
@@ -170,10 +170,10 @@ def test_a_value_is_as_uncertain_as_the_friction_of_the_day_moves_it(robot: pid.
     )
 
 
-def judged_along_another_motion(model: pid.Estimate, level: float, names: list[str]) -> list[str]:
-    """Which of some effects of the second joint, all accepted, are no more than usual where its friction has a ``level`` now: a joint of a
-    healthy arm differs by at most 7 %."""
-    signals = prepare_all(model.model.robot, [recorded(60, 61, np.array([1.0, level]))], model.filter)
+def judged_along_another_motion(model: pid.Estimate, level: float, names: list[str], dip: float = 0.0) -> list[str]:
+    """Which of some effects of the second joint, all accepted, are no more than usual where its friction has a ``level``, and a
+    ``dip``, now: a joint of a healthy arm differs by at most 7 %."""
+    signals = prepare_all(model.model.robot, [recorded(60, 61, np.array([1.0, level]), dip=dip)], model.filter)
     problem = state_problem("different", model, signals, model.filter, 0)
     accepted = []
     for name in names:
@@ -194,6 +194,13 @@ def test_along_another_motion_all_that_bends_friction_is_held_against_the_day_to
     """What the laws and the model's own friction make of it together is as usual as one number is."""
     assert judged_along_another_motion(model, 1.05, names) == names
     assert judged_along_another_motion(model, 1.25, names) == []
+
+
+@pytest.mark.parametrize("law", ["coulomb_friction", "nonlinear_viscous_friction", "presliding_hysteresis"])
+def test_a_law_that_others_take_back_is_no_change_and_one_that_the_joint_has_is(model: pid.Estimate, law: str) -> None:
+    names = [law, "stribeck_friction"]
+    assert set(judged_along_another_motion(model, 1.05, names)) == set(names)
+    assert "stribeck_friction" not in judged_along_another_motion(model, 1.05, names, dip=0.3)
 
 
 def test_along_another_motion_a_torque_that_no_friction_makes_is_never_usual(model: pid.Estimate) -> None:

@@ -17,6 +17,7 @@ from physident.diagnosis.statistics.stored_products import Key
 from physident.diagnosis.usual.other_joints import as_other_joints_show
 from physident.diagnosis.usual.usual_friction import FEWEST, UsualFriction, as_large
 from physident.dynamics.friction_parameters import friction_values
+from physident.effects.classification import Family
 from physident.effects.measurement import TimeDelay, TorqueDelay
 from physident.recordings.signals import Signals
 
@@ -67,31 +68,35 @@ def differ_as_usual(hypothesis: Hypothesis, usual: UsualFriction | None) -> dict
     dry friction and of its other friction makes is a small part of them, and of all that has changed of the joint's friction, or what
     these and an offset do not.
 
-    Along repeated motions an effect is all that has changed. Along others the model's parameters have moved as well, and several effects may
-    bend a joint's friction where it has only grown: there they are judged together.
+    Along repeated motions an effect is what has changed. Along others the model's parameters have moved as well, and several effects may
+    bend a joint's friction where it has only grown: there they are judged together. Everywhere, what several laws of a joint's friction take
+    back of each other has not changed.
     """
     if usual is None:
         return {}
     compared, found = compared_rows(hypothesis), dict[Key, UsualChange]()
-    together = list[int]()
+    alone, together, laws = list[int](), list[int](), {True: list[int](), False: list[int]()}
     for i, one in enumerate(hypothesis.accepted):
         # that all of a late channel lags, and not its friction alone, was seen when it was accepted
         if one.candidate is CONTACT or isinstance(one.effect, TorqueDelay | TimeDelay):
             continue
-        if is_shown_by_comparison(hypothesis, i):
-            torque = hypothesis.torque_of(i)
-            found |= _as_usual(hypothesis, i, usual, torque, compared, with_offsets=False) or _as_usual(
-                hypothesis, i, usual, torque, compared, with_offsets=True
-            )
-        elif (
-            _made_of_friction(hypothesis, hypothesis.torque_of(i), ~compared, usual.parts, with_offsets=False).share
-            >= MADE_OF
-        ):
-            together.append(i)
-    whole = np.sum([moved_friction(hypothesis), *(hypothesis.torque_of(i) for i in together)], axis=0)
+        shown = is_shown_by_comparison(hypothesis, i)
+        if one.effect.family is Family.FRICTION or one.effect.variable == "velocity":
+            laws[shown].append(i)
+        if shown:
+            alone.append(i)
+        else:
+            change = _made_of_friction(hypothesis, hypothesis.torque_of(i), ~compared, usual.parts, False)
+            together += [i] if change.made >= MADE_OF * change.power > 0 else []
+    for i in alone:
+        found |= _as_usual(hypothesis, i, usual, [i], compared) or _as_usual(
+            hypothesis, i, usual, [i], compared, with_offsets=True
+        )
     for i in together:
-        acts = np.any(hypothesis.torque_of(i) != 0, axis=0)
-        found |= _as_usual(hypothesis, i, usual, whole * acts, ~compared, with_offsets=False)
+        found |= _as_usual(hypothesis, i, usual, together, ~compared)
+    for shown, several in laws.items():
+        for i in several if len(several) > 1 else ():
+            found |= _as_usual(hypothesis, i, usual, several, compared if shown else ~compared)
     return found
 
 
@@ -120,10 +125,11 @@ def friction_of_the_day(hypothesis: Hypothesis, usual: UsualFriction | None) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class _Change:
-    """Which ``share`` of the power of a torque its joints' friction and offsets can make, and the ``size`` of the one and of the
-    ``offset`` beside all friction."""
+    """How much of the ``power`` of a torque, in units of the noise, its joints' friction and offsets ``made``, and the ``size`` of the one
+    and of the ``offset`` beside all friction."""
 
-    share: float
+    power: float
+    made: float
     size: float
     offset: float
 
@@ -132,15 +138,19 @@ def _as_usual(
     hypothesis: Hypothesis,
     i: int,
     usual: UsualFriction,
-    torque: Array,
+    several: Sequence[int],
     rows: NDArray[np.bool_],
-    with_offsets: bool,
+    with_offsets: bool = False,
 ) -> dict[Key, UsualChange]:
-    """What an accepted effect changes as usual, as the ``torque`` (M, n) of its joints shows in some ``rows`` (M,); nothing where it is more."""
-    one = hypothesis.accepted[i].candidate
-    change = _made_of_friction(hypothesis, torque, rows, usual.parts, with_offsets)
+    """What an accepted effect changes as usual, as the torque of ``several`` on its joints shows in some ``rows`` (M,), along other motions
+    beside what the model's friction has moved by; nothing where it is more, or where friction leaves more than a part of the effect."""
+    one, own = hypothesis.accepted[i].candidate, hypothesis.torque_of(i)
+    moved = 0.0 if is_shown_by_comparison(hypothesis, i) else moved_friction(hypothesis)
+    whole = (moved + sum(hypothesis.torque_of(k) for k in several)) * np.any(own != 0, axis=0)
+    change = _made_of_friction(hypothesis, whole, rows, usual.parts, with_offsets)
     most = usual.joint if one.joints else usual.arm
-    if change.share < MADE_OF or change.size > most or change.offset > usual.offset:
+    least = max(change.power, float(np.sum((own[rows] / hypothesis.fit.sigma) ** 2)))
+    if change.made < change.power - (1 - MADE_OF) * least or change.size > most or change.offset > usual.offset:
         return {}
     is_offset = change.offset > change.size
     share, limit = (change.offset, usual.offset) if is_offset else (change.size, most)
@@ -170,4 +180,4 @@ def _made_of_friction(
         constant += float(np.sum(best[:, -1] ** 2))
         whole += float(np.sum(friction.sum(axis=1) ** 2))
     sizes = [float(np.sqrt(one / whole)) if whole > 0 else np.inf for one in (scaled, constant)]
-    return _Change(share=made / power if power > 0 else 0.0, size=sizes[0], offset=sizes[1])
+    return _Change(power=power, made=made, size=sizes[0], offset=sizes[1])
