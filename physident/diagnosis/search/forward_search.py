@@ -228,12 +228,12 @@ def without_redundant(
     problem: DiagnosisProblem, accepted: tuple[AcceptedEffect, ...], last: CandidateScores
 ) -> tuple[AcceptedEffect, ...]:
     """The accepted effects without those that no longer meet every condition beside all others. Those that any arm has stay, and nobody knows
-    to be zero here, where others would take their part."""
-    kept = accepted
-    for one in accepted:
+    to be zero here, where others would take their part. Those of single joints are tried first: together they imitate one of the whole arm."""
+    kept, ordinary = accepted, {one.candidate.key for one in problem.missing_default_effects}
+    for one in sorted(accepted, key=lambda accepted: not accepted.candidate.joints):
         rest = tuple(a for a in kept if a is not one)
         # a single effect has just met the conditions, unless it was there from the start, or met them beside what is removed
-        proven = len(accepted) == 1 and not any(one is ordinary for ordinary in problem.missing_default_effects)
+        proven = len(accepted) == 1 and one.candidate.key not in ordinary
         if proven or one.candidate is CONTACT:
             continue
         hypothesis = state_hypothesis(problem, rest, last.hypothesis.model, last.hypothesis.data)

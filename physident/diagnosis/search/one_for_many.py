@@ -44,7 +44,7 @@ def find_replacement(hypothesis: Hypothesis, kept: Sequence[AcceptedEffect] = ()
     None where the data object to every candidate. Effects in ``kept``, and contacts, stay.
     """
     present = [a for a in hypothesis.accepted if a.candidate is not CONTACT]
-    movable = {a.candidate.key for a in present if not any(a is k for k in kept)}
+    movable = {a.candidate.key for a in present} - {one.candidate.key for one in kept}
     if not movable:
         return None
     length = _length(hypothesis, present)
