@@ -68,7 +68,9 @@ def test_a_payload_takes_the_place_of_three_links(loaded: Hypothesis) -> None:
     assert found.accepted[-1].candidate.name == "payload"
     assert len(found.replaces) >= 2
     assert not {a.candidate.key for a in found.replaces} & {a.candidate.key for a in found.accepted}
-    assert find_replacement(state, kept=state.accepted) is None
+    assert (
+        find_replacement(state, kept=[replace(one) for one in state.accepted]) is None
+    )  # what stays is known by its place
 
 
 @pytest.mark.parametrize("names", [("payload", "link_inertia"), ("link_inertia", "payload")])
@@ -87,6 +89,22 @@ def test_the_mass_that_two_effects_can_carry_is_the_first_one_s(loaded: Hypothes
     )
     fitted = state.baseline.torque(np.append(np.zeros(len(state.problem.freedom.prior)), state.fit.x[-20:]))
     np.testing.assert_allclose(told, fitted, atol=1e-5 * np.abs(fitted).max())
+
+
+def test_of_a_warm_arm_and_the_friction_of_its_joints_the_warmth_is_kept(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording]
+) -> None:
+    """Each is redundant beside the others; what one number of the whole arm tells stays, whichever was found first."""
+    v, friction = healthy_runs[2].dq, Arm().friction
+    assert v is not None
+    less = -0.1 * (friction.coulomb * np.tanh(v / 0.01) + friction.viscous * v)
+    state = opened(ur5, healthy_runs[:3], less)
+    laws = [(name, (joint,)) for joint in range(1, 7) for name in ("coulomb_friction", "viscous_friction")]
+    every = accepted(state, (("friction_level", ()), *laws))
+    last = score_candidates(settled_hypothesis(state.problem, every))
+    for some in (every, every[::-1]):
+        kept = forward_search.without_redundant(state.problem, some, last)
+        assert [one.candidate.name for one in kept] == ["friction_level"]
 
 
 def test_effects_that_are_there_are_replaced_by_none(rubbing: Hypothesis) -> None:
