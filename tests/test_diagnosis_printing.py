@@ -352,6 +352,25 @@ def test_a_contribution_has_its_value_and_what_it_may_also_be(diagnosis: pid.Dia
     assert "torque_constant (joint 5) or viscous_friction (joint 5): 0.018 [0.016, 0.02], 10.0 % less RMS" in row
 
 
+@pytest.mark.parametrize(("low", "told"), [(1.15, True), (-0.3, False)])
+def test_what_others_take_the_part_of_is_told_and_what_is_nothing_is_not(
+    diagnosis: pid.Diagnosis, low: float, told: bool
+) -> None:
+    """The rotor of a joint, of which the link behind it takes the part, is there; a value that may be zero may not be."""
+    size = ParameterValue(
+        name="rotor_inertia", joint=1, value=1.18, change=1.18, std=0.02, interval95=(low, 1.22), change_interval95=(low, 1.22),
+        unit="kg m^2",
+    )  # fmt: skip
+    found = Finding(
+        effect="rotor_inertia", joints=(1,), parameters=(size,), rivals=(), intervals=(), advice="", evidence=0.0,
+        gain=Reduction(rms_before=1.0, rms_after=1.0, reduction_percent=0.0, interval95=(0.0, 0.0)), grade="hint",
+        doubts=("its sign changes between recordings",), takes_percent=0.0, leaves_percent=5.0,
+    )  # fmt: skip
+    rows = [row for row in sentences(replace(diagnosis, findings=(found,))) if row.startswith("hint")]
+    assert len(rows) == told
+    assert all("1.18 kg m^2 [1.15, 1.22]" in row and "without it others take its part" in row for row in rows)
+
+
 @pytest.mark.parametrize(("reach", "says"), [(99.0, "0.013 rad [0.000131, 1.29]"), (101.0, "distance not known")])
 def test_a_shape_of_which_not_even_the_order_of_magnitude_is_known_has_no_value(
     diagnosis: pid.Diagnosis, reach: float, says: str

@@ -101,7 +101,8 @@ def _minor(d: DiagnosisRecord) -> list[str]:
             rest = "".join(
                 f"; what {with_joints(one.effect, one.joints)} leaves of one torque" for one in _told_by(d, f)
             )
-            known = grade == "contribution"
+            rest += "; without it others take its part" if _is_taken_over(f) else ""
+            known = grade == "contribution" or _is_taken_over(f)
             name = one_of([with_joints(one.effect, one.joints) for one in ((f, *f.rivals) if known else (f,))])
             rows.append(
                 f"{grade}: {name}{_first_values(f) if known else ''}, {f.gain.reduction_percent:.1f} % less RMS{_balance(f)}{rest}{doubts}"
@@ -152,6 +153,16 @@ def _is_changed(f: Finding) -> bool:
 
 def _is_nothing(f: Finding) -> bool:
     """Whether a hint is of no effect beside what was found, in the digits that are printed."""
+    return _is_needless(f) and not _is_taken_over(f)
+
+
+def _is_taken_over(f: Finding) -> bool:
+    """Whether a hint is of no effect though its values are certainly not zero: the rotor of a joint beside a link behind it."""
+    return _is_needless(f) and bool(f.parameters) and all(v.interval95[0] * v.interval95[1] > 0 for v in f.parameters)
+
+
+def _is_needless(f: Finding) -> bool:
+    """Whether errors are as small without a hint, in the digits that are printed."""
     return f.grade == "hint" and abs(f.gain.reduction_percent) < 0.05 and (f.takes_percent or 0.0) < 0.5
 
 
