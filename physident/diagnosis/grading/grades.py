@@ -13,7 +13,7 @@ from physident.diagnosis.problem.columns import Columns
 from physident.diagnosis.remainder.unexplained import Unexplained
 from physident.diagnosis.result.findings import Finding, Grade, ParameterValue
 from physident.diagnosis.search.forward_search import HANDFUL
-from physident.diagnosis.search.hypothesis import Hypothesis, rows_during, state_hypothesis
+from physident.diagnosis.search.hypothesis import Hypothesis, rows_during
 from physident.effects.catalogue import CATALOGUE
 from physident.effects.classification import ShapeParameter
 from physident.estimation.estimate import Estimate
@@ -37,8 +37,8 @@ HOLDS_OLD = "each of its values may be the model's own"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExpectedError:
-    """RMS (n,) [N m|N] of the rows of a diagnosis: ``right`` is what even a right model leaves there, ``usual`` what the model errs by
-    anyway, beside which a cause has to be noticed."""
+    """RMS (n,) [N m|N] of the rows of a diagnosis without what is diagnosed: ``right`` is what even a right model leaves there, ``usual``
+    what the model errs by anyway, beside which a cause has to be noticed."""
 
     right: Array
     usual: Array
@@ -52,13 +52,12 @@ def expected_error(
     wander: Columns | None = None,
 ) -> ExpectedError:
     """Noise of the torque, what does not repeat, and, where the question is what changed, what the model left on its own
-    recordings; where it is what is missing, usual is what the model leaves that has all an ordinary arm has, and nothing else. Where all recordings are compared that was taken off, and is only what is usual; what remains ``unexplained`` there
+    recordings. Where all recordings are compared that was taken off, and is only what is usual; what remains ``unexplained`` there
     without more memory than noise does not repeat either, nor does what friction and offsets ``wander`` by from day to day."""
     problem = hypothesis.problem
     noise = problem.torque_noise if noise_floor is None else np.maximum(problem.torque_noise, noise_floor)
     if estimate is None or problem.question != "different":
-        plain = state_hypothesis(problem, problem.missing_default_effects, hypothesis.model, hypothesis.data)
-        return ExpectedError(right=noise, usual=np.maximum(noise, plain.fit.sigma))
+        return ExpectedError(right=noise, usual=noise)
     usual = np.maximum(noise, estimate.sigma)
     if not problem.all_compared:
         return ExpectedError(right=usual, usual=usual)
