@@ -99,6 +99,20 @@ def test_each_of_two_effects_has_no_rival_in_the_other(rubbing: Hypothesis) -> N
         assert not {c.name for c in examined.rivals} & {"coulomb_friction", "viscous_friction"}
 
 
+@pytest.mark.parametrize("springs", [True, False])
+def test_a_spring_that_is_relaxed_anywhere_is_a_rival_of_a_link_and_a_weight_has_none(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], springs: bool
+) -> None:
+    """The spring alone would be relaxed at zero, and no rival; what follows the sine of a wide angle is no spring."""
+    turned = healthy_runs[2].q[:, 1] + 1.2
+    torque = 15 * (turned if springs else np.sin(turned))
+    state = opened(ur5, healthy_runs[:3], torque[:, None] * (np.arange(6) == 1))
+    (link,) = settled_hypothesis(state.problem, accepted(state, ("link_inertia", 2))).accepted
+    beside = settled_hypothesis(state.problem, (link,))
+    rivals = check_rivals(score_candidates(beside), link).rivals
+    assert (("joint_spring", (2,)) in {one.key for one in rivals}) is springs
+
+
 def test_what_another_effect_makes_superfluous_is_removed(rubbing: Hypothesis) -> None:
     true = (("coulomb_friction", JOINT), ("viscous_friction", JOINT))
     every = accepted(rubbing, *true, ("coulomb_friction", 5), ("friction_asymmetry", JOINT))

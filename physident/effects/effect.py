@@ -54,6 +54,9 @@ class Effect(ABC):
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     passive: ClassVar[bool] = False  # with parameters that are not negative it takes energy at every velocity
     variable: ClassVar[Variable | None] = None  # the one quantity of its joint that its torque is a function of
+    goes_with: ClassVar[str] = (
+        ""  # an effect of the same joint without which it is a special case: a spring is relaxed anywhere
+    )
     has_prior: ClassVar[bool] = False  # a prior decides what recordings leave open: no parameter is one in a sum only
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     origin_sha256: ClassVar[str] = ""  # of that file

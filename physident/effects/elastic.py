@@ -30,6 +30,7 @@ class JointSpring(Effect):
     variable: ClassVar[Variable | None] = "position"
     family: ClassVar[Family] = Family.TRANSMISSION
     formulas: ClassVar[tuple[str, ...]] = ("q",)
+    goes_with: ClassVar[str] = "torque_offset"
     signature: ClassVar[str] = "independent of velocity, also on joints without gravity torque"
     mistaken_for: ClassVar[str] = "gravity of a wrong mass: follows the sine of the angle"
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from physident.diagnosis.problem.candidates import AcceptedEffect, Candidate
+from physident.diagnosis.rivals.pairs import rivals_of_two
 from physident.diagnosis.rivals.refuted import is_refuted
 from physident.diagnosis.rivals.whole_friction import WholeFriction
 from physident.diagnosis.search.acceptance import MAX_COMPARED, contradiction, is_as_good, makes_redundant
@@ -92,6 +93,11 @@ def check_rivals(
             continue
         if makes_redundant(rest, other, accepted_candidate, last.threshold) and contradiction(rest, other) is None:
             rivals.append(other)
+    rivals += [
+        one
+        for one in rivals_of_two(rest, accepted_candidate, cost, weights, chi_squared, last.threshold)
+        if one not in rivals
+    ]
     possible = tuple(
         c
         for c in same
