@@ -54,9 +54,7 @@ class Effect(ABC):
     dry: ClassVar[bool] = False  # its torque follows the sign of a velocity
     passive: ClassVar[bool] = False  # with parameters that are not negative it takes energy at every velocity
     variable: ClassVar[Variable | None] = None  # the one quantity of its joint that its torque is a function of
-    goes_with: ClassVar[str] = (
-        ""  # an effect of the same joint without which it is a special case: a spring is relaxed anywhere
-    )
+    goes_with: ClassVar[str] = ""  # an effect of its joint, as the offset of a spring that is relaxed anywhere
     has_prior: ClassVar[bool] = False  # a prior decides what recordings leave open: no parameter is one in a sum only
     origin: ClassVar[str] = ""  # where it was brought from: a file or a package of the user's own
     origin_sha256: ClassVar[str] = ""  # of that file
@@ -227,10 +225,7 @@ class Effect(ABC):
         return None
 
     def state_size(self, robot: Robot) -> int:
-        """Number S of its internal states in a simulated arm, such as one bristle deflection for each joint.
-
-        None by default. States start at zero.
-        """
+        """Number S of its internal states in a simulated arm, such as one bristle deflection for each joint; they start at zero."""
         return 0
 
     def state_rate(self, robot: Robot, signals: Signals, state: Array) -> Array:
