@@ -127,6 +127,24 @@ def test_a_search_that_finds_more_than_a_handful_stops(rubbing: Hypothesis, monk
     assert len(found.accepted) == 2
 
 
+def test_a_stopped_search_completes_the_joints_of_what_it_found(
+    ur5: pid.Robot, healthy_runs: list[pid.Recording], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which joints came before the last finding is chance: dry friction of joints 2, 3 and 5 is one finding, and a spring a second one."""
+    one = healthy_runs[2]
+    assert one.dq is not None
+    more = np.tanh(one.dq / 0.02) * [0.0, 3.0, 2.0, 0.0, 1.0, 0.0]
+    more[:, 0] = one.q[:, 0]
+    state = opened(ur5, healthy_runs[:3], more)
+    rubbing = {("coulomb_friction", (joint,)) for joint in (2, 3, 5)}
+    spring = ("joint_spring", (1,))
+    assert {a.candidate.key for a in search_effects(state.problem).accepted} == {*rubbing, spring}
+    monkeypatch.setattr(forward_search, "HANDFUL", 0)
+    found = search_effects(state.problem)
+    assert found.overfull
+    assert {a.candidate.key for a in found.accepted} == rubbing
+
+
 def test_a_stopped_search_has_one_cause_and_says_what_to_do() -> None:
     given = [finding("payload", "cause"), finding("coulomb_friction", "cause"), finding("joint_spring", "hint")]
     contact = replace(finding("contact", "cause"), intervals=((1.0, 2.0),))

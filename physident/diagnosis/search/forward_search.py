@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from physident.diagnosis.problem.candidates import AcceptedEffect
 from physident.diagnosis.problem.problem import DiagnosisProblem
 from physident.diagnosis.rivals.successors import law_and_successor, succeeded_laws, with_no_successor
@@ -161,10 +163,14 @@ def add_while_better(
     first: CandidateScores,
     progress: Callable[[str], None],
 ) -> tuple[tuple[AcceptedEffect, ...], CandidateScores]:
-    """Accept one candidate after the other; returns them with the last scores. The ``first`` ones are those beside nothing."""
-    hypothesis = settled_hypothesis(problem, accepted)
+    """Accept one candidate after the other; returns them with the last scores. The ``first`` ones are those beside nothing.
+
+    What makes more than a handful of findings ends it, once each of them has all of its joints: which ones came before the last
+    finding is chance, and a finding told of some of its joints alone is wrong about the others.
+    """
+    hypothesis, full = settled_hypothesis(problem, accepted), False
     scores = score_candidates(hypothesis) if accepted else rescore_candidates(hypothesis, first)
-    while (chosen := _next_effect(scores)) is not None:
+    while (chosen := _next_effect(scores, full)) is not None:
         accepted = (*accepted, chosen)
         progress(f"added {placed(chosen)}")
         hypothesis = settled_hypothesis(problem, accepted, hypothesis)
@@ -175,8 +181,6 @@ def add_while_better(
         if full or not is_beyond_doubt(scores):
             fresh = score_candidates(hypothesis)
             scores = replace(fresh, chance={**scores.chance, **fresh.chance})
-        if full:
-            break
     return accepted, scores
 
 
@@ -205,15 +209,22 @@ def _with_share_of_most(
     return tuple(replace(one, effect=sized) if one is even else one for one in kept)
 
 
-def _next_effect(scores: CandidateScores) -> AcceptedEffect | None:
-    """The contact or the candidate to accept next, its shape refined."""
-    index = choose_candidate(scores)
-    if contact_accepted(scores, None if index is None else float(scores.gain[index])):
+def _next_effect(scores: CandidateScores, full: bool) -> AcceptedEffect | None:
+    """The contact or the candidate to accept next, its shape refined; where the search is ``full``, one more joint of what was found."""
+    index = choose_candidate(_of_more_joints(scores) if full else scores)
+    if not full and contact_accepted(scores, None if index is None else float(scores.gain[index])):
         return AcceptedEffect(CONTACT, refine_contact(scores.hypothesis, scores.contact.effect))
     if index is None:
         return None
     candidate = scores.hypothesis.data.candidates[index]
     return AcceptedEffect(candidate, refine_shape(scores.hypothesis, candidate))
+
+
+def _of_more_joints(scores: CandidateScores) -> CandidateScores:
+    """Scores of the candidates that make no new finding, and of placebos, none of the others."""
+    names = {one.candidate.name for one in scores.hypothesis.accepted if effect_scope(one.candidate.name).joins_joints}
+    same = [one.placebo or one.name in names for one in scores.hypothesis.data.candidates]
+    return replace(scores, evidence_without_best_fold=np.where(same, scores.evidence_without_best_fold, -np.inf))
 
 
 def _with_their_successors(
